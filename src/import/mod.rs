@@ -1,0 +1,4 @@
+//! Outside assets into a [`Model`](crate::world::Model).
+
+pub mod gltf;
+pub mod obj;
