@@ -1,5 +1,6 @@
 //! Points, warps, distributions. Pure functions of uniform numbers; nothing here knows a scene.
 
+pub mod sobol;
 pub mod warp;
 
 #[cfg(test)]
