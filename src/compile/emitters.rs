@@ -31,7 +31,7 @@ pub fn collect(
             materials[id.index()].emission.as_ref()
         };
         object.emitters = match &object.kind {
-            ObjectKind::Instance { mesh, to_world, .. } => {
+            ObjectKind::Instance { mesh, placement } => {
                 if !(0..object.materials.len() as u16).any(|slot| emission(slot).is_some()) {
                     continue;
                 }
@@ -39,7 +39,7 @@ pub fn collect(
                 let place = |primitive: usize| {
                     let emission = emission(mesh.slots.get(primitive).copied().unwrap_or(0))?;
                     let corners = mesh.triangles[primitive];
-                    let [p0, p1, p2] = corners.map(|i| to_world.transform_point3(mesh.positions[i as usize]));
+                    let [p0, p1, p2] = corners.map(|i| placement.to_world.transform_point3(mesh.positions[i as usize]));
                     let area = 0.5 * (p1 - p0).cross(p2 - p0).length();
                     let mean = mean_emission(emission, textures, |b| mesh.uvs_at(corners, b));
                     let shape = EmitterShape::Triangle { p0, p1, p2 };

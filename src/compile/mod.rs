@@ -39,7 +39,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let filtered: Vec<bool> = model.materials.iter().map(must_be_asked).collect();
     let shapes = objects.iter().map(|object| accel::Object {
         shape: match &object.kind {
-            ObjectKind::Instance { mesh, to_world, .. } => Shape::Mesh { blas: mesh.0, to_world: *to_world },
+            ObjectKind::Instance { mesh, placement } => Shape::Mesh { blas: mesh.0, to_world: placement.to_world },
             ObjectKind::Sphere { center, radius } => Shape::Sphere { center: *center, radius: *radius },
             ObjectKind::Quad { origin, u, v, round } => {
                 Shape::Quad { origin: *origin, u: *u, v: *v, round: *round }

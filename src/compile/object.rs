@@ -1,19 +1,35 @@
 //! What the tree's objects are made of: shape, placement, materials, and which light each part of them is.
 
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::{Affine3A, Vec3, Vec3A};
 
 use crate::world::{Instance, MaterialId, MeshId, Quad, Sphere};
 
+/// How an instance stands in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    pub to_world: Affine3A,
+    pub to_object: Affine3A,
+    /// −1 where it mirrors (a bitangent turns round), else 1.
+    pub handedness: f32,
+}
+
+impl Placement {
+    fn new(to_world: Affine3A) -> Self {
+        let handedness = if to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+        Self { to_world, to_object: to_world.inverse(), handedness }
+    }
+
+    /// A normal by the inverse transpose: outward stays outward, under mirroring too.
+    pub fn normal(&self, n: Vec3) -> Option<Vec3> {
+        let m = &self.to_object.matrix3;
+        let n = Vec3A::from(n);
+        Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n)).try_normalize()
+    }
+}
+
 #[derive(Clone, Debug)]
 pub enum ObjectKind {
-    Instance {
-        mesh: MeshId,
-        to_world: Affine3A,
-        /// Inverse transpose of the linear part: outward normals stay outward, under mirroring too.
-        normal_to_world: Mat3A,
-        /// −1 where the placement mirrors (a bitangent turns round), else 1.
-        handedness: f32,
-    },
+    Instance { mesh: MeshId, placement: Placement },
     Sphere { center: Vec3, radius: f32 },
     Quad { origin: Vec3, u: Vec3, v: Vec3, round: bool },
 }
@@ -38,13 +54,7 @@ pub struct Object {
 
 impl Object {
     pub fn instance(instance: Instance) -> Self {
-        let to_world = instance.to_world;
-        let kind = ObjectKind::Instance {
-            mesh: instance.mesh,
-            to_world,
-            normal_to_world: to_world.matrix3.inverse().transpose(),
-            handedness: if to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 },
-        };
+        let kind = ObjectKind::Instance { mesh: instance.mesh, placement: Placement::new(instance.to_world) };
         Self { kind, materials: instance.materials.into(), emitters: EmitterMap::None }
     }
 

@@ -1,14 +1,16 @@
 //! The scene that the integrator sees: what a ray meets, and the material and light at that point.
 
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3, Vec4};
 use serde::Serialize;
 
-use super::object::{Object, ObjectKind};
+use super::object::{Object, ObjectKind, Placement};
 use crate::{
     accel::{Accel, Hit},
     camera::{Camera, FilterTable},
     geometry::{Ray, offset},
-    light::{Lights, sphere_uv},
+    light::Lights,
     material::{self, SurfacePoint},
     render::Bounces,
     texture::Textures,
@@ -103,20 +105,33 @@ impl Scene {
         }
     }
 
+    /// UVs of a point on a light that was chosen, not hit: `hit.u` and `hit.v` as a hit has them, but on a sphere,
+    /// where the normal says where the point is.
+    pub fn uvs_on_light(&self, hit: &Hit, normal: Vec3) -> [Vec2; 2] {
+        match &self.objects[hit.object as usize].kind {
+            ObjectKind::Instance { mesh, .. } => {
+                let mesh = &self.meshes[mesh.index()];
+                mesh.uvs_at(mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v))
+            }
+            ObjectKind::Sphere { .. } => [sphere_uv(normal); 2],
+            ObjectKind::Quad { .. } => [Vec2::new(hit.u, 1.0 - hit.v); 2],
+        }
+    }
+
     /// Position, normals and texture coordinates of a hit.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match &self.objects[hit.object as usize].kind {
-            ObjectKind::Instance { mesh, to_world, normal_to_world, handedness } => {
-                let mesh = &self.meshes[mesh.index()];
-                mesh_point(mesh, to_world, normal_to_world, *handedness, hit)
-            }
+            ObjectKind::Instance { mesh, placement } => mesh_point(&self.meshes[mesh.index()], placement, hit),
             ObjectKind::Sphere { center, radius } => {
-                let (position, n, error) = offset::sphere_point(*center, *radius, ray.at(hit.t));
+                let n = (ray.at(hit.t) - center).normalize_or(Vec3::Y);
+                let position = center + radius * n;
+                let error = offset::sphere_error(*center, *radius, position);
                 let east = Vec3::new(-n.z, 0.0, n.x).normalize_or_zero();
                 plain_point(position, error, n, east, sphere_uv(n))
             }
             ObjectKind::Quad { origin, u, v, .. } => {
-                let (position, error) = offset::quad_point(*origin, *u, *v, hit.u, hit.v);
+                let position = origin + hit.u * u + hit.v * v;
+                let error = offset::quad_error(*origin, *u, *v, hit.u, hit.v);
                 let ng = u.cross(*v).normalize_or(Vec3::Y);
                 plain_point(position, error, ng, u.normalize_or_zero(), Vec2::new(hit.u, 1.0 - hit.v))
             }
@@ -130,25 +145,20 @@ fn plain_point(position: Vec3, error: Vec3, n: Vec3, east: Vec3, uv: Vec2) -> Su
     SurfacePoint { position, error, ng: n, ns: n, tangent: east.extend(1.0), uvs: [uv; 2], color: Vec4::ONE }
 }
 
-fn mesh_point(
-    mesh: &Mesh,
-    to_world: &Affine3A,
-    normal_to_world: &Mat3A,
-    handedness: f32,
-    hit: &Hit,
-) -> SurfacePoint {
+fn mesh_point(mesh: &Mesh, placement: &Placement, hit: &Hit) -> SurfacePoint {
     let corners = mesh.triangles[hit.primitive as usize];
     let [i, j, k] = corners.map(|i| i as usize);
     let [p0, p1, p2] = [i, j, k].map(|i| mesh.positions[i]);
     let b = Vec2::new(hit.u, hit.v);
     let b0 = 1.0 - b.x - b.y;
-    let (position, error) = offset::triangle_point(p0, p1, p2, hit.u, hit.v);
-    let (position, error) = offset::transform_point(to_world, position, error);
-    let normal = |n: Vec3| Vec3::from(*normal_to_world * glam::Vec3A::from(n)).try_normalize();
-    let ng = normal((p1 - p0).cross(p2 - p0)).unwrap_or(Vec3::Y);
+    let local = b0 * p0 + b.x * p1 + b.y * p2;
+    let position = placement.to_world.transform_point3(local);
+    let error = offset::triangle_error([p0, p1, p2], b.x, b.y);
+    let error = offset::instance_error(&placement.to_world, &placement.to_object, local, error);
+    let ng = placement.normal((p1 - p0).cross(p2 - p0)).unwrap_or(Vec3::Y);
     let ns = match &mesh.normals[..] {
         [] => ng,
-        n => normal(b0 * n[i] + b.x * n[j] + b.y * n[k]).unwrap_or(ng),
+        n => placement.normal(b0 * n[i] + b.x * n[j] + b.y * n[k]).unwrap_or(ng),
     };
     let ns = if ns.dot(ng) < 0.0 { -ns } else { ns };
     let uvs = mesh.uvs_at(corners, b);
@@ -156,8 +166,8 @@ fn mesh_point(
         [] => flat_tangent(mesh, corners, [p0, p1, p2]),
         t => b0 * t[i] + b.x * t[j] + b.y * t[k],
     };
-    let direction = to_world.transform_vector3(tangent.truncate()).normalize_or_zero();
-    let tangent = direction.extend(handedness * tangent.w.signum());
+    let direction = placement.to_world.transform_vector3(tangent.truncate()).normalize_or_zero();
+    let tangent = direction.extend(placement.handedness * tangent.w.signum());
     SurfacePoint { position, error, ng, ns, tangent, uvs, color: mesh.color_at(corners, b) }
 }
 
@@ -178,4 +188,9 @@ fn flat_tangent(mesh: &Mesh, corners: [u32; 3], [p0, p1, p2]: [Vec3; 3]) -> Vec4
     let along_u = (d2.y * e1 - d1.y * e2) / determinant;
     // u × (−v) turns with the normal where the UVs are laid out mirrored
     along_u.normalize_or_zero().extend(-determinant.signum())
+}
+
+/// Where a sphere's outward normal lies on an equirectangular map.
+fn sphere_uv(n: Vec3) -> Vec2 {
+    Vec2::new(0.5 + n.z.atan2(n.x) / TAU, n.y.clamp(-1.0, 1.0).acos() / PI)
 }

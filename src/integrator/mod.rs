@@ -38,7 +38,7 @@ const MAX_PASSES: u32 = 256;
 
 /// How the ray now traced was drawn: what it meets by chance weighs against what could have been chosen on purpose.
 struct Arrival {
-    /// Where the ray left the last surface.
+    /// The surface point the ray left.
     from: Vec3,
     /// Solid-angle density; `None` for camera rays and delta lobes, whose finds weigh 1.
     pdf: Option<f32>,
@@ -100,9 +100,8 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
             break;
         }
         bounces.count(sample.kind);
-        let origin = offset_origin(point.position, point.error, point.ng, wi);
-        arrival = Arrival { from: origin, pdf: (!sample.delta).then_some(sample.pdf) };
-        ray = Ray::new(origin, wi);
+        arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
+        ray = Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi);
         counts.bounce += 1;
     }
     radiance

@@ -8,7 +8,10 @@ use glam::{Vec2, Vec3, Vec4};
 pub use frame::shading_frame;
 
 use crate::{
-    bsdf::{Bsdf, Conductor, Dielectric, Diffuse, FuzzyMirror, Mirror, Pbr},
+    bsdf::{
+        Bsdf, Conductor, Dielectric, Diffuse, FuzzyMirror, Pbr, RoughDielectric,
+        fresnel::{DielectricFresnel, SchlickCurve},
+    },
     geometry::Frame,
     texture::Textures,
     world::{Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, ScalarInput, Surface},
@@ -86,26 +89,29 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
     let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
     let bsdf = match &material.surface {
         Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),
-        Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => {
-            if *fuzz > 0.0 {
-                Bsdf::FuzzyMirror(FuzzyMirror { tint: color(c), fuzz: *fuzz })
-            } else {
-                Bsdf::Mirror(Mirror { tint: color(c), fresnel: Fresnel::Constant })
-            }
-        }
+        Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => FuzzyMirror::bsdf(color(c), *fuzz),
         Surface::Metal { color: c, finish: MetalFinish::Roughness { roughness, fresnel, multiscatter } } => {
-            Conductor::bsdf(color(c), alpha(unit(roughness)), *fresnel, *multiscatter)
+            let curve = match fresnel {
+                Fresnel::Constant => SchlickCurve::constant(color(c)),
+                Fresnel::Schlick | Fresnel::Exact => SchlickCurve::metal(color(c)),
+            };
+            Conductor::bsdf(curve, alpha(unit(roughness)), *multiscatter)
         }
         Surface::Dielectric { ior, fresnel, roughness, tint } => {
-            Dielectric::bsdf(*ior, *fresnel, alpha(unit(roughness)), color(tint))
+            let fresnel = match fresnel {
+                Fresnel::Schlick => DielectricFresnel::Schlick,
+                Fresnel::Exact | Fresnel::Constant => DielectricFresnel::Exact,
+            };
+            let boundary = Dielectric { ior: *ior, fresnel, tint: color(tint) };
+            RoughDielectric::bsdf(boundary, alpha(unit(roughness)), true)
         }
-        Surface::Pbr(pbr) => Bsdf::Pbr(Pbr::new(
+        Surface::Pbr(pbr) => Pbr::bsdf(
             color(&pbr.base_color),
             unit(&pbr.metallic),
             alpha(unit(&pbr.roughness)),
-            pbr.ior,
+            SchlickCurve::dielectric(pbr.ior),
             pbr.multiscatter,
-        )),
+        ),
         Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
     };
     let oriented = !matches!(material.surface, Surface::Dielectric { .. });
