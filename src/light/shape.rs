@@ -54,6 +54,19 @@ impl Shape {
         }
     }
 
+    /// Corners of a box around it.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        let around = |points: &[Vec3]| {
+            let first = points[0];
+            points.iter().fold([first; 2], |[min, max], &p| [min.min(p), max.max(p)])
+        };
+        match self {
+            Self::Sphere(sphere) => [-1.0, 1.0].map(|side| sphere.center + side * Vec3::splat(sphere.radius)),
+            Self::Quad(quad) => around(&quad.corners()),
+            Self::Triangle(triangle) => around(&triangle.points()),
+        }
+    }
+
     /// m²; 0 where the shape is degenerate.
     pub fn area(&self) -> f32 {
         match self {
