@@ -24,7 +24,8 @@ mod tests {
     #[test]
     fn known_values() {
         // (encoded byte, linear), from the formula in exact arithmetic
-        let known = [(0, 0.0), (10, 0.003_035_27), (55, 0.038_204_37), (128, 0.215_860_5), (188, 0.502_886_5)];
+        let known =
+            [(0, 0.0), (10, 0.003_035_27), (55, 0.038_204_37), (128, 0.215_860_5), (188, 0.502_886_5)];
         for (byte, linear) in known {
             let encoded = byte as f32 / 255.0;
             assert!((srgb_decode(encoded) - linear).abs() < 1e-6, "{byte}: {}", srgb_decode(encoded));
