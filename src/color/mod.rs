@@ -1,4 +1,12 @@
-//! placeholder until the colour work lands
-pub fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
+//! From scene-linear light to the numbers of a display: exposure, then a view transform.
+//!
+//! A [`Picture`] is the film's mean, linear Rec.709 radiance. [`View`] is applied only where a file stores display
+//! numbers (PNG); EXR and HDR keep the picture as it is.
+
+mod picture;
+mod srgb;
+mod view;
+
+pub use picture::Picture;
+pub use srgb::{srgb_decode, srgb_encode};
+pub use view::{View, exposure_factor};
