@@ -159,7 +159,7 @@ fn lamp(radiance: f32) -> Material {
 fn inside_a_glowing_sphere_radiance_is_a_geometric_series() {
     // L = e + ρ L
     let inside = || Stage::new(Vec3::new(0.2, 0.1, 0.0), Vec3::X);
-    inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.5), 1.0, true)).expect(4096, 2.0);
+    inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.5), 1.0, true)).expect(262144, 2.0);
     inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.0), 3.0, true)).expect(16, 3.0);
     inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.5), 1.0, true)).bounces(1).expect(1024, 1.75);
 }

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::object::{EmitterMap, Object, ObjectKind};
 use crate::{
-    light::{Emitter, EmitterShape},
+    light::{Emitter, Quad, Shape, Sphere, Triangle, luminance},
     material,
     sampling::warp::uniform_triangle,
     texture::Textures,
@@ -39,10 +39,11 @@ pub fn collect(
                 let place = |primitive: usize| {
                     let emission = emission(mesh.slots.get(primitive).copied().unwrap_or(0))?;
                     let corners = mesh.triangles[primitive];
-                    let [p0, p1, p2] = corners.map(|i| placement.to_world.transform_point3(mesh.positions[i as usize]));
+                    let [p0, p1, p2] =
+                        corners.map(|i| placement.to_world.transform_point3(mesh.positions[i as usize]));
                     let area = 0.5 * (p1 - p0).cross(p2 - p0).length();
                     let mean = mean_emission(emission, textures, |b| mesh.uvs_at(corners, b));
-                    let shape = EmitterShape::Triangle { p0, p1, p2 };
+                    let shape = Shape::Triangle(Triangle::new([p0, p1, p2], placement.handedness < 0.0));
                     emitter(index, primitive, shape, emission, mean, area)
                 };
                 let mut map = vec![u32::MAX; mesh.triangles.len()];
@@ -58,12 +59,13 @@ pub fn collect(
                 let Some(emission) = emission(0) else { continue };
                 let mean = mean_emission(emission, textures, |b| [b; 2]);
                 let (shape, area) = match *kind {
-                    ObjectKind::Sphere { center, radius } => {
-                        (EmitterShape::Sphere { center, radius }, 4.0 * std::f32::consts::PI * radius * radius)
-                    }
+                    ObjectKind::Sphere { center, radius } => (
+                        Shape::Sphere(Sphere { center, radius }),
+                        4.0 * std::f32::consts::PI * radius * radius,
+                    ),
                     ObjectKind::Quad { origin, u, v, round } => {
                         let share = if round { std::f32::consts::FRAC_PI_4 } else { 1.0 };
-                        (EmitterShape::Quad { origin, u, v, round }, share * u.cross(v).length())
+                        (Shape::Quad(Quad::new(origin, u, v, round)), share * u.cross(v).length())
                     }
                     ObjectKind::Instance { .. } => continue,
                 };
@@ -81,13 +83,13 @@ pub fn collect(
 fn emitter(
     object: usize,
     primitive: usize,
-    shape: EmitterShape,
+    shape: Shape,
     emission: &Emission,
     mean: Vec3,
     area: f32,
 ) -> Option<Emitter> {
     let sides = if emission.two_sided { 2.0 } else { 1.0 };
-    let power = sides * std::f32::consts::PI * area * crate::color::luminance(mean);
+    let power = sides * std::f32::consts::PI * area * luminance(mean);
     (power > 0.0 && power.is_finite()).then_some(Emitter::Surface {
         object: object as u32,
         primitive: primitive as u32,

@@ -29,7 +29,8 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let textures = Textures::new(model.images, model.textures);
 
     let start = Instant::now();
-    let blases: Vec<Blas> = model.meshes.par_iter().map(|m| Blas::build(&m.positions, &m.triangles)).collect();
+    let blases: Vec<Blas> =
+        model.meshes.par_iter().map(|m| Blas::build(&m.positions, &m.triangles)).collect();
     let triangles_set_aside = blases.iter().map(|b| b.set_aside() as u64).sum();
 
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
@@ -39,7 +40,9 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let filtered: Vec<bool> = model.materials.iter().map(must_be_asked).collect();
     let shapes = objects.iter().map(|object| accel::Object {
         shape: match &object.kind {
-            ObjectKind::Instance { mesh, placement } => Shape::Mesh { blas: mesh.0, to_world: placement.to_world },
+            ObjectKind::Instance { mesh, placement } => {
+                Shape::Mesh { blas: mesh.0, to_world: placement.to_world }
+            }
             ObjectKind::Sphere { center, radius } => Shape::Sphere { center: *center, radius: *radius },
             ObjectKind::Quad { origin, u, v, round } => {
                 Shape::Quad { origin: *origin, u: *u, v: *v, round: *round }
@@ -67,7 +70,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         triangles_set_aside,
     };
     Scene {
-        lights: Lights::new(emitters, environment, accel.bounds()),
+        lights: Lights::new(&emitters, environment),
         accel,
         objects,
         meshes: model.meshes,

@@ -60,7 +60,11 @@ impl Object {
 
     pub fn sphere(sphere: Sphere) -> Self {
         let Sphere { center, radius, material } = sphere;
-        Self { kind: ObjectKind::Sphere { center, radius }, materials: [material].into(), emitters: EmitterMap::None }
+        Self {
+            kind: ObjectKind::Sphere { center, radius },
+            materials: [material].into(),
+            emitters: EmitterMap::None,
+        }
     }
 
     pub fn quad(quad: Quad) -> Self {

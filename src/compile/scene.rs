@@ -121,7 +121,9 @@ impl Scene {
     /// Position, normals and texture coordinates of a hit.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match &self.objects[hit.object as usize].kind {
-            ObjectKind::Instance { mesh, placement } => mesh_point(&self.meshes[mesh.index()], placement, hit),
+            ObjectKind::Instance { mesh, placement } => {
+                mesh_point(&self.meshes[mesh.index()], placement, hit)
+            }
             ObjectKind::Sphere { center, radius } => {
                 let n = (ray.at(hit.t) - center).normalize_or(Vec3::Y);
                 let position = center + radius * n;

@@ -79,7 +79,8 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
         let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo);
         let local_wo = frame.to_local(wo);
         if !bsdf.is_delta() {
-            radiance += throughput * direct_light(scene, &point, &bsdf, &frame, local_wo, sampler, vertex, counts);
+            radiance +=
+                throughput * direct_light(scene, &point, &bsdf, &frame, local_wo, sampler, vertex, counts);
         }
         let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * vertex);
         let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { break };
@@ -128,12 +129,17 @@ fn meet(scene: &Scene, ray: &mut Ray, sampler: &PixelSampler, vertex: u32) -> Op
     None
 }
 
-/// Environment and suns that a ray without a hit sees.
+/// What a ray without a hit sees: the environment and the disks of suns; the environment alone, where it is visible,
+/// seen straight from the camera.
 fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Vec3 {
-    let radiance = scene.lights.escaped_radiance(ray.direction, from_camera);
+    let environment = scene.lights.environment();
+    if from_camera {
+        return if environment.visible { environment.radiance(ray.direction) } else { Vec3::ZERO };
+    }
+    let radiance = scene.lights.escaped_radiance(ray.direction);
     match arrival.pdf {
         Some(pdf) if radiance != Vec3::ZERO => {
-            power_heuristic(pdf, scene.lights.pdf_escaped(ray.direction)) * radiance
+            power_heuristic(pdf, scene.lights.pdf_escaped(arrival.from, ray.direction)) * radiance
         }
         _ => radiance,
     }
@@ -167,7 +173,9 @@ fn direct_light(
     counts: &mut RayCounts,
 ) -> Vec3 {
     let [u_select, u, v, _] = sampler.draw4(2 + 2 * vertex);
-    let Some(light) = scene.lights.sample(point.position, u_select, Vec2::new(u, v)) else { return Vec3::ZERO };
+    let Some(light) = scene.lights.sample(point.position, u_select, Vec2::new(u, v)) else {
+        return Vec3::ZERO;
+    };
     let local_wi = frame.to_local(light.wi);
     let (f, bsdf_pdf) = bsdf.eval_pdf(local_wo, local_wi);
     let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);

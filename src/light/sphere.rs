@@ -30,7 +30,7 @@ impl Sphere {
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<ShapeSample> {
         let normal = match Cone::new(p.distance(self.center), self.radius) {
             Some(cone) => self.seen_from_outside(p, u, cone),
-            None => self.seen_from_inside(p, u),
+            None => self.seen_from_inside(p, u)?,
         };
         let point = self.center + self.radius * normal;
         Some(ShapeSample { point, normal, uv: Vec2::ZERO, pdf: self.pdf(p) })
@@ -61,15 +61,20 @@ impl Sphere {
         (side.x * s + side.y * t + cos_alpha * axis).normalize()
     }
 
-    /// Outward normal where a uniform direction from inside meets the sphere.
-    fn seen_from_inside(&self, p: Vec3, u: Vec2) -> Vec3 {
+    /// Outward normal where a uniform direction from inside meets the sphere; `None` for a direction that leads out of
+    /// it right away, from a point on its surface.
+    fn seen_from_inside(&self, p: Vec3, u: Vec2) -> Option<Vec3> {
         let w = uniform_sphere(u);
         let offset = (p - self.center) / self.radius;
         let along = offset.dot(w);
         let half_chord = (along * along + (1.0 - offset.length_squared()).max(0.0)).sqrt();
-        (offset + (half_chord - along) * w).normalize_or(w)
+        let distance = half_chord - along;
+        (distance > SURFACE).then(|| (offset + distance * w).normalize_or(w))
     }
 }
+
+/// A point this near to the surface, relative to the radius, lies on it: rounding does not tell inside from outside.
+const SURFACE: f32 = 1e-4;
 
 /// The directions under which a sphere is seen from outside.
 struct Cone {
@@ -80,10 +85,11 @@ struct Cone {
 }
 
 impl Cone {
-    /// `None` inside. Keeps its digits for small far spheres (height = sin² / (1 + cos)) and close to large ones
+    /// `None` inside and on the surface, where a cone would be half of all directions, wrongly the outer half from
+    /// within. Keeps its digits for small far spheres (height = sin² / (1 + cos)) and close to large ones
     /// (cos² from distance − radius).
     fn new(distance: f32, radius: f32) -> Option<Self> {
-        if distance <= radius {
+        if distance <= radius * (1.0 + SURFACE) {
             return None;
         }
         let sin = radius / distance;

@@ -67,7 +67,11 @@ pub fn coverage(material: &Material, textures: &Textures, uvs: &[Vec2; 2], color
 
 /// Radiance that leaves the front or, where the emission is two-sided, either side.
 pub fn emission(emission: &Emission, textures: &Textures, uvs: &[Vec2; 2], front: bool) -> Vec3 {
-    if front || emission.two_sided { emission.strength * emission.color.at(textures, uvs) } else { Vec3::ZERO }
+    if front || emission.two_sided {
+        emission.strength * emission.color.at(textures, uvs)
+    } else {
+        Vec3::ZERO
+    }
 }
 
 /// The radiance an unlit material shows, if it is one.
@@ -85,7 +89,8 @@ fn tint(material: &Material, point: &SurfacePoint) -> Vec3 {
 /// The BSDF at a point seen from the unit direction `wo`, and the frame it is in. Opaque surfaces are two-sided: their
 /// frame is turned to the side of `wo`. A dielectric's frame keeps to the outside.
 pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint, wo: Vec3) -> (Bsdf, Frame) {
-    let color = |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
+    let color =
+        |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
     let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
     let bsdf = match &material.surface {
         Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),

@@ -7,7 +7,7 @@
 use glam::{Vec2, Vec4};
 
 use crate::{
-    color::srgb_to_linear,
+    color::srgb_decode,
     world::{ColorSpace, Filter, Image, Texels, Texture, TextureRef, Wrap},
 };
 
@@ -22,7 +22,7 @@ pub struct Textures {
 
 impl Textures {
     pub fn new(images: Vec<Image>, textures: Vec<Texture>) -> Self {
-        let srgb = Box::new(std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
+        let srgb = Box::new(std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
         Self { images, textures, srgb }
     }
 
@@ -80,7 +80,7 @@ impl Textures {
             (Texels::Rgba16(t), space) => {
                 let v = Vec4::from(t[i].map(f32::from)) / 65535.0;
                 match space {
-                    ColorSpace::Srgb => v.truncate().map(srgb_to_linear).extend(v.w),
+                    ColorSpace::Srgb => v.truncate().map(srgb_decode).extend(v.w),
                     ColorSpace::Linear => v,
                 }
             }
@@ -151,7 +151,7 @@ mod tests {
         let between = at(&t, 0.5, 0.25);
         assert!(between.abs_diff_eq(Vec4::new(0.5, 0.5, 0.0, 1.0), 1e-6));
         let grey = at(&t, 0.99, 0.99);
-        assert!((grey.x - srgb_to_linear(188.0 / 255.0)).abs() < 1e-6 && (grey.w - 128.0 / 255.0).abs() < 1e-6);
+        assert!((grey.x - srgb_decode(188.0 / 255.0)).abs() < 1e-6 && (grey.w - 128.0 / 255.0).abs() < 1e-6);
     }
 
     #[test]
