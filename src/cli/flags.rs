@@ -1,6 +1,6 @@
 //! The flags of `rayo render` that override the scene: their syntax, and how they take effect.
 
-use std::{path::PathBuf, time::Duration};
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
@@ -53,10 +53,6 @@ pub struct Overrides {
     /// Curve from light to the numbers of a PNG
     #[arg(long, value_enum)]
     view: Option<ViewName>,
-
-    /// File to write: .png, .exr (scene-linear) or .hdr (scene-linear)
-    #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -80,7 +76,6 @@ impl Overrides {
         render.crop = self.crop.or(render.crop);
         render.threads = self.threads.or(render.threads);
         set(&mut output.exposure, self.exposure);
-        set(&mut output.file, self.output.clone());
         let view = self.view.map(|view| match view {
             ViewName::Srgb => View::Srgb,
             ViewName::Gamma2 => View::Gamma2,
@@ -91,10 +86,6 @@ impl Overrides {
 
     pub fn threads(&self) -> Option<usize> {
         self.threads
-    }
-
-    pub fn output(&self) -> Option<&PathBuf> {
-        self.output.as_ref()
     }
 
     /// Whether a flag was given that only display formats heed.

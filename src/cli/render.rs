@@ -37,8 +37,9 @@ pub struct Args {
     /// Scene file (.toml) or model (.glb, .gltf, .obj)
     file: PathBuf,
 
-    #[command(flatten)]
-    overrides: Overrides,
+    /// File to write: .png, .exr or .hdr; without it, what the scene says, or for a model its name with .png
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
 
     /// Write what rendering took (times, rays, memory) as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -47,6 +48,9 @@ pub struct Args {
     /// Say nothing unless something is wrong
     #[arg(long, short)]
     quiet: bool,
+
+    #[command(flatten)]
+    overrides: Overrides,
 }
 
 /// What is rendered, and how.
@@ -61,8 +65,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
 
     // What the flags say is checked before loading, which may take its time; what the scene says, after.
-    let targets = args.overrides.output().map(|file| (file.as_path(), PICTURE_EXTENSIONS));
-    check_targets(targets.into_iter().chain(args.stats.as_deref().map(|file| (file, ["json"].as_slice()))))?;
+    let picture = args.output.as_deref().map(|file| (file, PICTURE_EXTENSIONS));
+    let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
+    check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
     let job = timed(&mut seconds.load, || threads(args.overrides.threads())?.install(|| load(args)))?;
     check_job(args, &job)?;
@@ -120,6 +125,9 @@ fn load(args: &Args) -> Result<Job, Failure> {
         }
     };
     args.overrides.apply(&mut render, &mut output);
+    if let Some(file) = &args.output {
+        output.file = file.clone();
+    }
     Ok(Job { world, render, output })
 }
 
@@ -128,7 +136,7 @@ fn check_job(args: &Args, job: &Job) -> Result<(), Failure> {
     if !faults.is_empty() {
         return Err(Failure::BadInput(faults.iter().map(|fault| format!("error: {fault}\n")).collect()));
     }
-    if args.overrides.output().is_none() {
+    if args.output.is_none() {
         check_targets([(job.output.file.as_path(), PICTURE_EXTENSIONS)])?;
     }
     Ok(())
