@@ -49,3 +49,7 @@ impl Diagnostic {
         self
     }
 }
+
+pub fn render(diagnostics: &[Diagnostic], _color: bool) -> String {
+    diagnostics.iter().map(|d| format!("error: {}: {}\n", d.file.display(), d.message)).collect()
+}

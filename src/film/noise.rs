@@ -34,12 +34,14 @@ impl NoiseMap {
         let rows = || film.pixels().par_chunks(width);
         // Sums by row, then over rows in order: the same bits for any number of threads.
         let in_order = |sums: Vec<f64>| sums.iter().sum::<f64>() / film.pixels().len().max(1) as f64;
-        let mean_root = in_order(
-            rows().map(|row| row.iter().map(|p| f64::from(p.luminance()).sqrt()).sum::<f64>()).collect(),
-        );
-        let floor = ((FLOOR * mean_root * mean_root) as f32).max(f32::MIN_POSITIVE);
-        let errors: Vec<f32> =
-            film.pixels().par_iter().map(|p| p.luminance_error() / p.luminance().max(floor)).collect();
+        let mean_root =
+            in_order(rows().map(|row| row.iter().map(|p| p.luminance().sqrt()).sum::<f64>()).collect());
+        let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
+        let errors: Vec<f32> = film
+            .pixels()
+            .par_iter()
+            .map(|p| (p.luminance_error() / p.luminance().max(floor)) as f32)
+            .collect();
         let mean_square = in_order(
             errors
                 .par_chunks(width)
@@ -88,10 +90,10 @@ mod tests {
     fn estimate_is_the_root_of_the_relative_mean_square_error() {
         for scale in [1e-6, 1.0, 1e6] {
             let film = noisy_film(64, scale);
-            let truth = 0.5 * scale;
-            let square_error: f32 = film.pixels().iter().map(|p| (p.luminance() / truth - 1.0).powi(2)).sum();
+            let truth = 0.5 * f64::from(scale);
+            let square_error: f64 = film.pixels().iter().map(|p| (p.luminance() / truth - 1.0).powi(2)).sum();
             let actual = (square_error / (64.0 * 64.0)).sqrt();
-            let estimate = NoiseMap::of(&film).estimate().expect("64 samples each");
+            let estimate = f64::from(NoiseMap::of(&film).estimate().expect("64 samples each"));
             assert!((estimate / actual - 1.0).abs() < 0.05, "estimate {estimate}, actual {actual}");
         }
     }

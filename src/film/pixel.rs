@@ -61,17 +61,20 @@ impl Pixel {
         (self.kept >= 2).then(|| (self.squared_deviations / f64::from(self.kept - 1)).as_vec3())
     }
 
-    pub fn luminance(&self) -> f32 {
-        self.mean().dot(LUMINANCE)
+    /// Of the mean. In `f64`, as is its error: neither overflows, whatever the samples.
+    pub fn luminance(&self) -> f64 {
+        self.mean.dot(LUMINANCE)
     }
 
     /// Standard error of [`luminance`](Self::luminance), from above: the channels are taken as fully correlated,
     /// which the noise of paths nearly is (σ(Σ wx) ≤ Σ wσ(x)). Infinite below two samples.
-    pub fn luminance_error(&self) -> f32 {
-        self.variance().map_or(f32::INFINITY, |variance| {
-            let standard_error = (variance / self.kept as f32).map(f32::sqrt);
-            standard_error.dot(LUMINANCE)
-        })
+    pub fn luminance_error(&self) -> f64 {
+        if self.kept < 2 {
+            return f64::INFINITY;
+        }
+        let n = f64::from(self.kept);
+        let standard_error = (self.squared_deviations / (n * (n - 1.0))).map(f64::sqrt);
+        standard_error.dot(LUMINANCE)
     }
 }
 
@@ -136,9 +139,10 @@ mod tests {
             pixel.add(Vec3::splat(x));
         }
         assert!(pixel.mean().is_finite() && pixel.mean().x > 1e38);
+        assert!((pixel.luminance_error() / pixel.luminance() - 1.0 / 3.0f64.sqrt()).abs() < 1e-6);
         assert_eq!(Pixel::default().mean(), Vec3::ZERO);
         assert_eq!(Pixel::default().variance(), None);
-        assert_eq!(Pixel::default().luminance_error(), f32::INFINITY);
+        assert_eq!(Pixel::default().luminance_error(), f64::INFINITY);
     }
 
     #[test]
@@ -146,7 +150,7 @@ mod tests {
         // Uniform in [0, 1]: σ = 1/√12; all channels equal, so the bound is an equality.
         let mut pixel = Pixel::default();
         (0..10_000).for_each(|i| pixel.add(Vec3::splat(uniform(i, 2))));
-        let expected = (1.0 / 12.0f32).sqrt() / 100.0;
+        let expected = (1.0 / 12.0f64).sqrt() / 100.0;
         assert!((pixel.luminance_error() / expected - 1.0).abs() < 0.02, "{}", pixel.luminance_error());
     }
 

@@ -1,11 +1,7 @@
 //! OpenEXR: scene-linear half or float, ZIP-compressed scan lines, Rec.709 chromaticities, and how the picture was made.
 //!
-//! | attribute | type | |
-//! |---|---|---|
-//! | `software` | string | name and version |
-//! | `samplesPerPixel` | float | mean over the pixels |
-//! | `relativeNoise` | float | estimated; absent where it is not known |
-//! | `seed` | string | decimal, since no integer attribute has 64 bits |
+//! The attribute `software` holds name and version, `comments` samples, noise and seed. (Attributes of our own would be
+//! written in another order each time: the crate keeps them in a hash map.)
 //!
 //! A half ends at 65504: what is brighter is clamped to that and counted.
 
@@ -14,7 +10,7 @@ use std::io::Cursor;
 use ::exr::{
     meta::attribute::Chromaticities,
     prelude::{
-        AttributeValue, Blocks, Compression, Encoding, Image, IntoSample, Layer, LayerAttributes, LineOrder,
+        Blocks, Compression, Encoding, Image, IntoSample, Layer, LayerAttributes, LineOrder,
         SpecificChannels, Text, Vec2, WritableImage, f16,
     },
 };
@@ -49,15 +45,14 @@ fn encode_as<T: IntoSample>(
     facts: &Facts,
     convert: impl Fn(f32) -> T + Sync,
 ) -> Result<Vec<u8>, Error> {
-    let mut attributes = LayerAttributes::default();
-    attributes.software_name = text(&software());
-    let mut describe = |name: &str, value: Option<AttributeValue>| {
-        attributes.other.extend(text(name).zip(value));
+    let noise = facts.noise.map_or("unknown".into(), |noise| noise.to_string());
+    let comments =
+        format!("samples per pixel {}, relative noise {noise}, seed {}", facts.samples_per_pixel, facts.seed);
+    let attributes = LayerAttributes {
+        software_name: Text::new_or_none(software()),
+        comments: Text::new_or_none(comments),
+        ..LayerAttributes::default()
     };
-    describe("samplesPerPixel", Some(AttributeValue::F32(facts.samples_per_pixel)));
-    describe("relativeNoise", facts.noise.map(AttributeValue::F32));
-    describe("seed", text(&facts.seed.to_string()).map(AttributeValue::Text));
-
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -74,10 +69,6 @@ fn encode_as<T: IntoSample>(
     let mut bytes = Vec::new();
     image.write().to_buffered(Cursor::new(&mut bytes)).map_err(Error::encoding)?;
     Ok(bytes)
-}
-
-fn text(text: &str) -> Option<Text> {
-    Text::new_or_none(text)
 }
 
 #[cfg(test)]
@@ -135,10 +126,9 @@ mod tests {
         let header = &meta.headers[0];
         assert_eq!(header.compression, Compression::ZIP16);
         assert_eq!(header.shared_attributes.chromaticities, Some(REC709));
-        assert_eq!(header.own_attributes.software_name, text(&software()));
-        let other = |name: &str| header.own_attributes.other.get(&text(name).expect("ASCII"));
-        assert_eq!(other("samplesPerPixel"), Some(&AttributeValue::F32(12.5)));
-        assert_eq!(other("relativeNoise"), Some(&AttributeValue::F32(0.03)));
-        assert_eq!(other("seed"), text("18446744073709551615").map(AttributeValue::Text).as_ref());
+        let says = |text: &Option<Text>| text.as_ref().map(Text::to_string).unwrap_or_default();
+        assert_eq!(says(&header.own_attributes.software_name), software());
+        let comments = says(&header.own_attributes.comments);
+        assert_eq!(comments, "samples per pixel 12.5, relative noise 0.03, seed 18446744073709551615");
     }
 }

@@ -11,7 +11,7 @@ use tempfile::{Builder, NamedTempFile};
 use super::Error;
 
 /// Finds out, before the work is done, why `file` could not be written: an extension that is none of `extensions`, a
-/// folder in its place, a folder that is missing or cannot be written to, a write-protected file.
+/// folder or a device in its place, a folder that is missing or cannot be written to, a write-protected file.
 pub fn check_writable(file: &Path, extensions: &[&str]) -> Result<(), Error> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     if !extensions.contains(&extension.as_str()) {
@@ -20,6 +20,10 @@ pub fn check_writable(file: &Path, extensions: &[&str]) -> Result<(), Error> {
     let target = resolve(file);
     if target.is_dir() {
         return Err(Error::target(file, "there is a folder of that name"));
+    }
+    // Renaming would put a file where a device or a pipe is.
+    if target.metadata().is_ok_and(|meta| !meta.is_file()) {
+        return Err(Error::target(file, "what is there is not a file"));
     }
     if target.metadata().is_ok_and(|meta| meta.permissions().readonly()) {
         return Err(Error::target(file, "there is a file of that name, and it is write-protected"));
@@ -130,6 +134,15 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn an_unwritable_folder_is_found() {
         assert!(problem(Path::new("/proc/a.png")).contains("cannot write /proc/a.png"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn devices_stay_what_they_are() {
+        let folder = tempfile::tempdir().expect("folder");
+        let link = folder.path().join("a.png");
+        std::os::unix::fs::symlink("/dev/null", &link).expect("link");
+        assert!(problem(&link).contains("not a file"));
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub enum Depth {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// .png, .exr or .hdr. Empty where nothing was said: the command line then makes a name of the input's.
+    /// .png, .exr or .hdr.
     pub file: PathBuf,
     pub view: View,
     /// Stops: radiance is multiplied by 2^exposure before the view (PNG only, like the view).

@@ -11,7 +11,6 @@ mod monitor;
 mod pass;
 mod settings;
 mod stop;
-mod time;
 
 use std::{
     collections::TryReserveError,
@@ -22,8 +21,9 @@ use glam::Vec3;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 pub use monitor::Monitor;
-pub use settings::{Bounces, FilterKind, MAX_PIXELS, MAX_SIDE, MAX_THREADS, PixelFilter, Settings};
-pub use time::parse_time;
+pub use settings::{
+    Bounces, FilterKind, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS, PixelFilter, Settings,
+};
 
 use crate::{
     compile::Scene,

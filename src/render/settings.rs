@@ -5,8 +5,10 @@ use std::time::Duration;
 /// Pixels along a side of a picture.
 pub const MAX_SIDE: u32 = 65_536;
 
-/// Pixels of a picture: 2²⁷, whose film takes 7 GB.
-pub const MAX_PIXELS: u64 = 1 << 27;
+/// Pixels of a picture: 2²⁸, whose film takes 15 GB.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+pub const MAX_SAMPLES: u32 = 1 << 24;
 
 pub const MAX_THREADS: usize = 1024;
 
@@ -79,7 +81,10 @@ impl Settings {
             u64::from(width) * u64::from(height) > MAX_PIXELS,
             format!("the size is {width} × {height}, which is more than {MAX_PIXELS} pixels"),
         );
-        check(self.samples == 0, "the number of samples is 0, but must be at least 1".into());
+        check(
+            !(1..=MAX_SAMPLES).contains(&self.samples),
+            format!("the number of samples is {}, but must be from 1 to {MAX_SAMPLES}", self.samples),
+        );
         check(
             !(0.0..=1.0).contains(&self.noise),
             format!("the noise threshold is {}, but must be from 0 (off) to 1", self.noise),

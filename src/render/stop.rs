@@ -9,6 +9,9 @@
 //!
 //! Nothing is remembered: where a neighbour is surprised later, a pixel at rest goes on.
 //!
+//! With a threshold a crop is not to the bit that part of the whole picture: at its edge neighbours are missing, and
+//! the picture's middle brightness is its own. Each pixel's samples are the same; it may stop at another one.
+//!
 //! A rule that looks at the samples it stops cannot be free of bias (a pixel whose samples happen to be low and
 //! quiet stops sooner). The test `the_noise_rule_hardly_biases_rare_bright_paths` bounds it.
 

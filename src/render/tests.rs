@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::*;
-use crate::sampling::stats::uniform;
+use crate::{film::Pixel, sampling::stats::uniform};
 
 fn noisy(x: u32, y: u32, index: u32, rays: &mut RayCounts) -> Vec3 {
     rays.camera += 1;
@@ -40,7 +40,7 @@ fn same_bits_for_any_number_of_threads() {
 #[test]
 fn a_pixel_holds_its_samples_in_order() {
     let film = run(noisy, &settings([5, 3], 100)).film;
-    let mut pixel = crate::film::Pixel::default();
+    let mut pixel = Pixel::default();
     (0..100).for_each(|i| pixel.add(noisy(4, 2, i, &mut RayCounts::default())));
     assert_eq!(film.pixel(4, 2), &pixel);
 }
@@ -123,8 +123,8 @@ fn the_noise_rule_stops_where_the_error_is_what_was_asked() {
         let needed = 1.0 / 3.0 / f64::from(noise * noise);
         let counts = done.film.sample_counts();
         assert!(counts.mean > needed && counts.mean < 1.6 * needed + 16.0, "{counts:?}, needed {needed}");
-        let square_error: f32 = done.film.pixels().iter().map(|p| (p.luminance() / 0.5 - 1.0).powi(2)).sum();
-        let actual = (square_error / 4096.0).sqrt();
+        let square_error: f64 = done.film.pixels().iter().map(|p| (p.luminance() / 0.5 - 1.0).powi(2)).sum();
+        let actual = (square_error / 4096.0).sqrt() as f32;
         assert!(actual < noise && actual > 0.7 * noise, "asked {noise}, got {actual}");
         let estimate = done.noise.expect("many samples");
         assert!((estimate / actual - 1.0).abs() < 0.1, "estimate {estimate}, actual {actual}");
@@ -145,7 +145,7 @@ fn the_noise_rule_hardly_biases_rare_bright_paths() {
             };
             let done = run(rare, &Settings { noise, ..settings([48, 48], 16_384) });
             let truth = f64::from((1.0 - p) * 0.5 + p * bright);
-            let sum: f64 = done.film.pixels().iter().map(|p| f64::from(p.luminance())).sum();
+            let sum: f64 = done.film.pixels().iter().map(Pixel::luminance).sum();
             let bias = sum / 2304.0 / truth - 1.0;
             assert!(
                 bias.abs() < f64::from(noise) / 6.0,
