@@ -1,4 +1,5 @@
 //! Outside assets into a [`Model`](crate::world::Model).
 
 pub mod gltf;
+pub mod image;
 pub mod obj;
