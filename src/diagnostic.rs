@@ -3,7 +3,18 @@
 //! Loaders return `Result<T, Vec<Diagnostic>>`: all that is wrong, not the first thing. Warnings travel beside
 //! the result. Printing them is [`render()`]'s business alone.
 
-use std::{ops::Range, path::PathBuf, sync::Arc};
+use std::{borrow::Cow, ops::Range, path::PathBuf, sync::Arc};
+
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+
+/// No more than this many errors, and as many warnings, are printed; the rest are counted.
+pub const PRINTED: usize = 50;
+
+/// A source line longer than this is named by its number only.
+const LONGEST_LINE: usize = 4096;
+
+/// A message longer than this is cut: it quotes something that no one typed.
+const LONGEST_MESSAGE: usize = 1000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
@@ -50,6 +61,161 @@ impl Diagnostic {
     }
 }
 
-pub fn render(diagnostics: &[Diagnostic], _color: bool) -> String {
-    diagnostics.iter().map(|d| format!("error: {}: {}\n", d.file.display(), d.message)).collect()
+/// `name` in backquotes for a message, cut where it is absurdly long.
+pub fn quote(name: &str) -> String {
+    const LONGEST: usize = 80;
+    match name.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("`{}…`", &name[..end]),
+        None => format!("`{name}`"),
+    }
+}
+
+/// The candidate that `name` was most likely meant to be.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    const LONGEST: usize = 64;
+    const CANDIDATES: usize = 1000;
+    if name.len() > LONGEST {
+        return None;
+    }
+    let lower = name.to_lowercase();
+    candidates
+        .into_iter()
+        .take(CANDIDATES)
+        .filter(|candidate| candidate.len() <= LONGEST)
+        .map(|candidate| {
+            let other = candidate.to_lowercase();
+            (strsim::damerau_levenshtein(&lower, &other), strsim::jaro_winkler(&lower, &other), candidate)
+        })
+        .filter(|(edits, likeness, candidate)| {
+            *edits <= (candidate.chars().count() / 3).max(1) && *likeness > 0.5 || *likeness > 0.88
+        })
+        .min_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))
+        .map(|(_, _, candidate)| candidate)
+}
+
+/// Line and column (in characters), both counted from 1, of a byte of `text`.
+pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.as_bytes().get(..byte).unwrap_or(text.as_bytes());
+    let start = before.iter().rposition(|&b| b == b'\n').map_or(0, |newline| newline + 1);
+    let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
+    // Bytes of the form 10xxxxxx continue a character.
+    let column = before[start..].iter().filter(|&&b| b & 0xC0 != 0x80).count() + 1;
+    (line, column)
+}
+
+/// All of `diagnostics` for people: `file:line:column`, the source line with a caret, and what to do. Errors come
+/// first. Nothing that a file or a file name holds can steer the terminal.
+pub fn render(diagnostics: &[Diagnostic], color: bool) -> String {
+    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
+    let mut text = String::new();
+    for severity in [Severity::Error, Severity::Warning] {
+        let of_kind = || diagnostics.iter().filter(|d| d.severity == severity);
+        for diagnostic in of_kind().take(PRINTED) {
+            text += &render_one(diagnostic, &renderer);
+            text += "\n\n";
+        }
+        match (of_kind().count().saturating_sub(PRINTED), severity) {
+            (0, _) => {}
+            (more, Severity::Error) => text += &format!("and {more} more errors\n"),
+            (more, Severity::Warning) => text += &format!("and {more} more warnings\n"),
+        }
+    }
+    text
+}
+
+fn render_one(diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+    let file = one_line(&diagnostic.file.to_string_lossy()).into_owned();
+    let mut message = one_line(&diagnostic.message).into_owned();
+    let mut column = None;
+    let (line, pointer) = match &diagnostic.place {
+        Place::File => (None, None),
+        Place::Line(line) => (Some(*line), None),
+        Place::Pointer(pointer) => (None, Some(one_line(pointer))),
+        Place::Span { source, range } => {
+            let (line, character) = line_and_column(source, range.start);
+            column = Some(character);
+            (Some(line), None)
+        }
+    };
+    if let Some((end, _)) = message.char_indices().nth(LONGEST_MESSAGE) {
+        message.truncate(end);
+        message.push('…');
+    }
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let quoted = match &diagnostic.place {
+        Place::Span { source, range } => SourceLine::around(source, range),
+        _ => None,
+    };
+    let title = level.primary_title(message);
+    let mut group: Group = match (&quoted, line) {
+        (Some(quoted), Some(line)) => title.element(
+            Snippet::source(quoted.text.as_str())
+                .path(file)
+                .line_start(line)
+                .annotation(AnnotationKind::Primary.span(quoted.marked.clone())),
+        ),
+        _ => {
+            let path = match pointer {
+                Some(pointer) => format!("{file}#{pointer}"),
+                None => file,
+            };
+            let mut origin = Origin::path(path);
+            if let Some(line) = line {
+                origin = origin.line(line);
+            }
+            if let Some(column) = column {
+                origin = origin.char_column(column);
+            }
+            title.element(origin)
+        }
+    };
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(one_line(help).into_owned()));
+    }
+    renderer.render(&[group])
+}
+
+/// The line on which a span begins, made fit for a terminal.
+struct SourceLine {
+    text: String,
+    /// The part of `text` under which the caret stands.
+    marked: Range<usize>,
+}
+
+impl SourceLine {
+    fn around(source: &str, range: &Range<usize>) -> Option<Self> {
+        let start = source.get(..range.start)?.rfind('\n').map_or(0, |newline| newline + 1);
+        let line = source.get(start..)?.lines().next().unwrap_or("");
+        if line.len() > LONGEST_LINE {
+            return None;
+        }
+        let first = (range.start - start).min(line.len());
+        let last = range.end.saturating_sub(start).clamp(first, line.len());
+        let mut text = harmless(line.get(..first)?).into_owned();
+        let from = text.len();
+        text += &harmless(line.get(first..last)?);
+        let marked = from..text.len();
+        text += &harmless(line.get(last..)?);
+        Some(Self { text, marked })
+    }
+}
+
+/// Control characters, and those that reorder text, replaced one for one. Tabs are left: the renderer expands them.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let harmful = |c: char| {
+        c.is_control() && c != '\t'
+            || matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
+    };
+    if text.contains(harmful) { text.replace(harmful, "\u{fffd}").into() } else { text.into() }
+}
+
+/// As [`harmless`], without line breaks and tabs: for titles, paths and help.
+fn one_line(text: &str) -> Cow<'_, str> {
+    match harmless(text) {
+        text if text.contains('\t') => text.replace('\t', " ").into(),
+        text => text,
+    }
 }

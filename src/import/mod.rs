@@ -1,12 +1,32 @@
-//! Outside assets into a [`Model`](crate::world::Model).
+//! Outside assets into a [`Model`](crate::world::Model), and everything a scene file names into one
+//! [`World`](crate::world::World).
 
+mod assemble;
+mod framing;
 pub mod gltf;
 pub mod image;
+mod merge;
 pub mod obj;
 pub mod studio;
 
-use crate::{diagnostic::Diagnostic, output, render, scene::ValidScene, world::World};
+use std::path::Path;
 
-pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
-    Ok((studio::empty(), scene.render, scene.output))
+pub use assemble::assemble;
+
+use crate::{
+    diagnostic::{Diagnostic, Place},
+    world::Model,
+};
+
+/// Reads an asset, of the kind that its file name says.
+pub fn model(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match extension.as_str() {
+        "glb" | "gltf" => gltf::load(path),
+        "obj" => obj::load(path),
+        _ => Err(vec![
+            Diagnostic::error(path, Place::File, "this is not a kind of model that can be read")
+                .help("models are .glb, .gltf and .obj files"),
+        ]),
+    }
 }

@@ -1,14 +1,14 @@
 //! A scene file after validation: every value in range, every name resolved, units converted (radians, linear
 //! colours), file names resolved to paths that exist. What the files hold has not been looked at yet.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::path::PathBuf;
 
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    diagnostic::Diagnostic,
+    diagnostic::{Diagnostic, Place},
     output, render,
-    world::{Camera, ColorSpace, Filter, Light, Material, MaterialId, Quad, Sphere, Wrap},
+    world::{Camera, ColorSpace, Filter, Light, Material, MaterialId, Projection, Quad, Sphere, Wrap},
 };
 
 /// Spheres, quads and materials refer to `materials` by [`MaterialId`] and to `images` by
@@ -32,14 +32,39 @@ pub struct ValidScene {
 #[derive(Clone, Debug)]
 pub enum CameraSource {
     Placed(Camera),
-    /// A camera of one of the models: by name, or the first there is. `aperture` and `focus` come from the scene file.
+    /// A camera of one of the models: by name, or the first there is. Without `focus` the middle of everything is in
+    /// focus.
     Imported {
         name: Option<String>,
-        aperture: f32,
+        lens: Lens,
+        focus: Option<f32>,
+        place: Place,
+    },
+    /// No place said: a camera that frames all models, spheres and quads.
+    Framed {
+        projection: Projection,
+        lens: Lens,
         focus: Option<f32>,
     },
-    /// Nothing said: a camera that frames all models, spheres and quads.
-    Framed,
+}
+
+/// How wide the lens is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Metres.
+    Diameter(f32),
+    /// Focal length over diameter; the focal length follows from the field of view and the sensor's height (metres).
+    FStop { number: f32, sensor_height: f32 },
+}
+
+impl Lens {
+    /// Metres; `vfov` in radians.
+    pub fn diameter(self, vfov: f32) -> f32 {
+        match self {
+            Lens::Diameter(diameter) => diameter,
+            Lens::FStop { number, sensor_height } => sensor_height / (2.0 * (vfov / 2.0).tan()) / number,
+        }
+    }
 }
 
 /// Strength, rotation (radians) and visibility as in [`Environment`](crate::world::Environment).
@@ -54,14 +79,23 @@ pub struct EnvironmentSource {
 #[derive(Clone, Debug)]
 pub enum EnvironmentSourceKind {
     Color(Vec3),
-    Gradient { bottom: Vec3, top: Vec3 },
-    Image(PathBuf),
+    Gradient {
+        bottom: Vec3,
+        top: Vec3,
+    },
+    /// `place` is where the scene file says so.
+    Image {
+        file: PathBuf,
+        place: Place,
+    },
 }
 
 /// An image file used as a texture by a material of the scene file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSource {
     pub file: PathBuf,
+    /// Where the scene file first says so.
+    pub place: Place,
     pub color_space: ColorSpace,
     pub wrap: Wrap,
     pub filter: Filter,
@@ -73,8 +107,24 @@ pub struct ModelSource {
     pub to_world: Affine3A,
     /// Replaces every imported material.
     pub material: Option<MaterialId>,
-    /// Replaces imported materials by name.
-    pub materials: BTreeMap<String, MaterialId>,
-    /// Where the scene file says so, for messages about what the model holds.
-    pub place: crate::diagnostic::Place,
+    /// Replace imported materials by name.
+    pub materials: Vec<MaterialOverride>,
+    /// Where the scene file names the file, for messages about what it holds.
+    pub place: Place,
+}
+
+#[derive(Clone, Debug)]
+pub struct MaterialOverride {
+    pub name: String,
+    pub material: MaterialId,
+    /// Where the scene file says so.
+    pub place: Place,
+}
+
+impl ImageSource {
+    /// The same texture, wherever it is named.
+    pub fn same_lookup(&self, other: &Self) -> bool {
+        let lookup = |source: &Self| (source.color_space, source.wrap, source.filter);
+        self.file == other.file && lookup(self) == lookup(other)
+    }
 }

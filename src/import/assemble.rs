@@ -1,0 +1,278 @@
+//! Everything that a scene file names, loaded and put together.
+
+use std::{collections::HashMap, path::PathBuf};
+
+use glam::{Affine3A, Vec3};
+
+use super::{
+    framing::{self, Bounds},
+    image, merge,
+};
+use crate::{
+    diagnostic::{Diagnostic, Place, nearest, quote},
+    output, render,
+    scene::{CameraSource, EnvironmentSource, EnvironmentSourceKind, Lens, ModelSource, ValidScene},
+    world::{
+        Camera, ColorSpace, Environment, EnvironmentKind, ImageId, Instance, Material, Model, Projection,
+        Surface, Texture, World,
+    },
+};
+
+/// Loads the models and images of `scene`: each file once, however often it is used. All that is wrong with any of
+/// them is reported; warnings are in the world's model.
+pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
+    let mut assembly = Assembly {
+        file: scene.file.clone(),
+        model: Model { materials: scene.materials, warnings: scene.warnings, ..Model::default() },
+        images: HashMap::new(),
+        assets: HashMap::new(),
+        cameras: Vec::new(),
+        errors: Vec::new(),
+    };
+    for source in &scene.images {
+        let image = assembly.image(&source.file, &source.place).unwrap_or(ImageId(0));
+        assembly.model.textures.push(Texture {
+            image,
+            color_space: source.color_space,
+            wrap_u: source.wrap,
+            wrap_v: source.wrap,
+            filter: source.filter,
+        });
+    }
+    let environment = assembly.environment(&scene.environment);
+    assembly.model.lights = scene.lights;
+    for source in &scene.models {
+        assembly.place(source);
+    }
+
+    let Assembly { file, model, cameras, mut errors, .. } = assembly;
+    let mut world = World {
+        model,
+        spheres: scene.spheres,
+        quads: scene.quads,
+        environment,
+        // Stands in until what it is to show is known.
+        camera: framing::frame(&Bounds::UNIT, framing::USUAL, 1.0),
+    };
+    match camera(&scene.camera, &scene.render, &world, &cameras, &file) {
+        Ok(camera) => world.camera = camera,
+        Err(error) => errors.extend(error),
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    if is_dark(&world) {
+        let warning = Diagnostic::warning(file, Place::File, "nothing in this scene gives light")
+            .help("add an [environment], a [[light]] or an emissive material");
+        world.model.warnings.push(warning);
+    }
+    Ok((world, scene.render, scene.output))
+}
+
+struct Assembly {
+    file: PathBuf,
+    model: Model,
+    images: HashMap<PathBuf, Option<ImageId>>,
+    assets: HashMap<PathBuf, Option<Asset>>,
+    cameras: Vec<Camera>,
+    errors: Vec<Diagnostic>,
+}
+
+/// A model file that has been loaded: its meshes, textures and materials are in the world's model already.
+struct Asset {
+    /// What is left to be placed.
+    model: Model,
+    offsets: merge::Offsets,
+}
+
+impl Assembly {
+    /// The image in a file; `None` where it cannot be read.
+    fn image(&mut self, file: &PathBuf, place: &Place) -> Option<ImageId> {
+        if let Some(known) = self.images.get(file) {
+            return *known;
+        }
+        let id = match image::load(file) {
+            Ok(image) => {
+                self.model.images.push(image);
+                Some(ImageId(self.model.images.len() as u32 - 1))
+            }
+            Err(error) => {
+                let message = format!("{}: {}", quote(&file.to_string_lossy()), error.message);
+                self.errors.push(Diagnostic { help: error.help, ..self.error(place, message) });
+                None
+            }
+        };
+        self.images.insert(file.clone(), id);
+        id
+    }
+
+    fn environment(&mut self, source: &EnvironmentSource) -> Environment {
+        let kind = match &source.kind {
+            EnvironmentSourceKind::Color(color) => EnvironmentKind::Color(*color),
+            EnvironmentSourceKind::Gradient { bottom, top } => {
+                EnvironmentKind::Gradient { bottom: *bottom, top: *top }
+            }
+            EnvironmentSourceKind::Image { file, place } => EnvironmentKind::Image {
+                image: self.image(file, place).unwrap_or(ImageId(0)),
+                color_space: ColorSpace::Srgb,
+            },
+        };
+        let EnvironmentSource { strength, rotation, visible, .. } = *source;
+        Environment { kind, strength, rotation, visible }
+    }
+
+    /// Loads the model, unless it has been, and adds its instances, lights and cameras.
+    fn place(&mut self, source: &ModelSource) {
+        // Two names of one file are one file.
+        let file = std::fs::canonicalize(&source.file).unwrap_or_else(|_| source.file.clone());
+        if !self.assets.contains_key(&file) {
+            let asset = match super::model(&source.file) {
+                Ok(mut model) => {
+                    let offsets = merge::append(&mut self.model, &mut model);
+                    Some(Asset { model, offsets })
+                }
+                Err(errors) => {
+                    self.errors.extend(errors);
+                    None
+                }
+            };
+            self.assets.insert(file.clone(), asset);
+        }
+        let Some(Some(asset)) = self.assets.get(&file) else {
+            return;
+        };
+
+        let names = || asset.model.materials.iter().map(|material| material.name.as_str());
+        for replaced in &source.materials {
+            if !names().any(|name| name == replaced.name) {
+                let help = match (nearest(&replaced.name, names()), names().count()) {
+                    (Some(near), _) => format!("did you mean `{near}`?"),
+                    (None, 0) => "the model has no materials".into(),
+                    (None, _) => {
+                        let names: Vec<_> = names().take(20).map(quote).collect();
+                        format!("its materials are {}", names.join(", "))
+                    }
+                };
+                let message = format!("the model has no material called {}", quote(&replaced.name));
+                self.errors.push(Diagnostic::error(&self.file, replaced.place.clone(), message).help(help));
+            }
+        }
+
+        let replacement = |material: &Material| {
+            let named = source.materials.iter().find(|replaced| replaced.name == material.name);
+            source.material.or(named.map(|replaced| replaced.material))
+        };
+        let mut flat = 0;
+        for instance in &asset.model.instances {
+            let to_world = source.to_world * instance.to_world;
+            if !is_invertible(to_world) {
+                flat += 1;
+                continue;
+            }
+            let material = |id: &crate::world::MaterialId| {
+                let imported = asset.model.materials.get(id.index());
+                imported.and_then(replacement).unwrap_or(asset.offsets.material(*id))
+            };
+            self.model.instances.push(Instance {
+                name: instance.name.clone(),
+                mesh: asset.offsets.mesh(instance.mesh),
+                to_world,
+                materials: instance.materials.iter().map(material).collect(),
+            });
+        }
+        let lights = asset.model.lights.iter().map(|light| merge::place_light(light, source.to_world));
+        self.model.lights.extend(lights);
+        let cameras = asset.model.cameras.iter().map(|camera| merge::place_camera(camera, source.to_world));
+        self.cameras.extend(cameras);
+        if flat > 0 {
+            let message = format!(
+                "{flat} parts of the model are left out: at this scale they have no volume, or no end"
+            );
+            let warning = Diagnostic::warning(&self.file, source.place.clone(), message);
+            self.model.warnings.push(warning);
+        }
+    }
+
+    fn error(&self, place: &Place, message: String) -> Diagnostic {
+        Diagnostic::error(&self.file, place.clone(), message)
+    }
+}
+
+fn camera(
+    source: &CameraSource,
+    settings: &render::Settings,
+    world: &World,
+    cameras: &[Camera],
+    file: &PathBuf,
+) -> Result<Camera, Option<Diagnostic>> {
+    let aspect = settings.size[0] as f32 / settings.size[1].max(1) as f32;
+    match source {
+        CameraSource::Placed(camera) => Ok(camera.clone()),
+        CameraSource::Framed { projection, lens, focus } => {
+            let framed = framing::frame(&Bounds::of_subject(world), *projection, aspect);
+            let aperture = diameter(*lens, *projection);
+            Ok(Camera { aperture, focus: focus.unwrap_or(framed.focus), ..framed })
+        }
+        CameraSource::Imported { name, lens, focus, place } => {
+            let found = match name {
+                Some(name) => cameras.iter().find(|camera| camera.name == *name),
+                None => cameras.first(),
+            };
+            let Some(camera) = found else {
+                return Err(Some(no_camera(name.as_deref(), cameras, place, file)));
+            };
+            let focus =
+                focus.unwrap_or_else(|| framing::distance_along_view(camera, &Bounds::of_subject(world)));
+            Ok(Camera { aperture: diameter(*lens, camera.projection), focus, ..camera.clone() })
+        }
+    }
+}
+
+fn diameter(lens: Lens, projection: Projection) -> f32 {
+    match (lens, projection) {
+        (lens, Projection::Perspective { vfov }) => lens.diameter(vfov),
+        (Lens::Diameter(diameter), Projection::Orthographic { .. }) => diameter,
+        // An orthographic view has no focal length to divide.
+        (Lens::FStop { .. }, Projection::Orthographic { .. }) => 0.0,
+    }
+}
+
+fn no_camera(name: Option<&str>, cameras: &[Camera], place: &Place, file: &PathBuf) -> Diagnostic {
+    let names = || cameras.iter().map(|camera| camera.name.as_str());
+    let error = |message: String| Diagnostic::error(file, place.clone(), message);
+    match name {
+        None => {
+            error("no model has a camera".into()).help("say where the camera stands: `position` and `target`")
+        }
+        Some(name) => {
+            let error = error(format!("no model has a camera called {}", quote(name)));
+            match nearest(name, names()) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None if cameras.is_empty() => error.help("there are no cameras in the models"),
+                None => error.help(format!(
+                    "there are {}",
+                    names().take(20).map(quote).collect::<Vec<_>>().join(", ")
+                )),
+            }
+        }
+    }
+}
+
+fn is_invertible(to_world: Affine3A) -> bool {
+    to_world.is_finite() && to_world.matrix3.determinant().is_normal() && to_world.inverse().is_finite()
+}
+
+/// Nothing gives light: the picture will be black.
+fn is_dark(world: &World) -> bool {
+    let gives = |color: Vec3| color.max_element() > 0.0;
+    let environment = world.environment.strength > 0.0
+        && match world.environment.kind {
+            EnvironmentKind::Color(color) => gives(color),
+            EnvironmentKind::Gradient { bottom, top } => gives(bottom) || gives(top),
+            EnvironmentKind::Image { .. } => true,
+        };
+    let shines = |material: &Material| {
+        material.emission.is_some() || matches!(material.surface, Surface::Unlit { .. })
+    };
+    !environment && world.model.lights.is_empty() && !world.model.materials.iter().any(shines)
+}
