@@ -111,11 +111,13 @@ fn load(args: &Args) -> Result<Job, Failure> {
     let (world, mut render, mut output) = match extension.as_str() {
         "toml" => scene::load(&args.file).and_then(assemble).map_err(|all| bad_input(&all))?,
         "glb" | "gltf" | "obj" => {
-            let world = studio::bare_asset(&args.file).map_err(|all| bad_input(&all))?;
+            let settings = render::Settings::default();
+            let size = args.overrides.size().unwrap_or(settings.size);
+            let world = studio::bare_asset(&args.file, size).map_err(|all| bad_input(&all))?;
             // Beside whoever asked, not beside the model, which may lie in somebody's collection.
             let name = args.file.file_name().map(PathBuf::from).unwrap_or_default();
             let file = name.with_extension("png");
-            (world, render::Settings::default(), output::Settings { file, ..output::Settings::default() })
+            (world, settings, output::Settings { file, ..output::Settings::default() })
         }
         _ => {
             let name = args.file.display();
