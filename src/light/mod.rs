@@ -1,5 +1,6 @@
 //! Where light comes from: shapes, points, the sun and the environment; choosing one of them for a point.
 
+mod cluster;
 mod environment;
 mod lights;
 mod map;
@@ -8,6 +9,7 @@ mod quad;
 mod shape;
 mod sphere;
 mod sun;
+mod tree;
 mod triangle;
 
 pub use environment::{Environment, EnvironmentSample};

@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{quad::Quad, sphere::Sphere, triangle::Triangle};
+use super::{cluster::Cluster, quad::Quad, sphere::Sphere, triangle::Triangle};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -54,16 +54,20 @@ impl Shape {
         }
     }
 
-    /// Corners of a box around it.
-    pub fn bounds(&self) -> [Vec3; 2] {
+    /// What is known of it, as a light of luminous power `power`, for choosing among lights.
+    pub(super) fn cluster(&self, power: f32, two_sided: bool) -> Cluster {
         let around = |points: &[Vec3]| {
-            let first = points[0];
-            points.iter().fold([first; 2], |[min, max], &p| [min.min(p), max.max(p)])
+            let min = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+            [min, points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max)]
         };
         match self {
-            Self::Sphere(sphere) => [-1.0, 1.0].map(|side| sphere.center + side * Vec3::splat(sphere.radius)),
-            Self::Quad(quad) => around(&quad.corners()),
-            Self::Triangle(triangle) => around(&triangle.points()),
+            Self::Sphere(sphere) => {
+                Cluster::round([-1.0, 1.0].map(|side| sphere.center + side * sphere.radius), power)
+            }
+            Self::Quad(quad) => Cluster::flat(around(&quad.corners()), quad.normal, power, two_sided),
+            Self::Triangle(triangle) => {
+                Cluster::flat(around(&triangle.points()), triangle.normal, power, two_sided)
+            }
         }
     }
 
