@@ -22,7 +22,7 @@
 use glam::{Vec2, Vec3};
 
 use super::dielectric::relative_eta;
-use super::fresnel::{DielectricFresnel, refract};
+use super::fresnel::refract;
 use super::ggx::Ggx;
 use super::glass_albedo::glass_albedo;
 use super::{Bsdf, BsdfSample, Dielectric, Kind, reflect_about};
