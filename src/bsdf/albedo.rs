@@ -15,18 +15,15 @@
 
 use std::sync::LazyLock;
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
-use super::quadrature::{cell, gauss_legendre};
 use super::reflect_about;
+use super::table::{average_over_normals, cell, node};
 
 const ROUGHNESSES: usize = 32;
 const COSINES: usize = 32;
-/// Quadrature nodes in the polar and in the azimuthal direction of the cap of normals.
-const POLAR: usize = 12;
-const AZIMUTHAL: usize = 24;
 /// The nodes at zero stand for the limit.
 const TINY: f32 = 1e-5;
 
@@ -63,21 +60,21 @@ impl Albedo {
 impl Table {
     fn new() -> Self {
         let rows = (0..ROUGHNESSES).map(|i| {
-            let r = (i as f32 / (ROUGHNESSES - 1) as f32).max(TINY.sqrt());
+            let r = node(i, ROUGHNESSES).max(TINY.sqrt());
             std::array::from_fn(|j| {
-                let t = j as f32 / (COSINES - 1) as f32;
+                let t = node(j, COSINES);
                 let root_mu = t * r / (1.0 + r - t);
                 let mu = (root_mu * root_mu).clamp(TINY, 1.0);
-                let albedo = integrate(mu, r * r);
-                Vec2::new(albedo.white, albedo.grazing / albedo.white - schlick_weight(mu))
+                let Vec2 { x: white, y: grazing } = integrate(mu, r * r);
+                Vec2::new(white, grazing / white - schlick_weight(mu))
             })
         });
         let mut table = Self { rows: rows.collect(), average: Vec::new() };
-        let nodes = gauss_legendre::<32>();
+        let cosines = (0..64).map(|k| (k as f32 + 0.5) / 64.0);
         table.average = (0..ROUGHNESSES)
             .map(|i| {
-                let alpha = (i as f32 / (ROUGHNESSES - 1) as f32).powi(2);
-                nodes.iter().map(|&(mu, weight)| 2.0 * weight * mu * table.at(mu, alpha).white).sum()
+                let alpha = node(i, ROUGHNESSES).powi(2);
+                cosines.clone().map(|mu| 2.0 * mu * table.at(mu, alpha).white / 64.0).sum()
             })
             .collect();
         table
@@ -93,36 +90,12 @@ impl Table {
     }
 }
 
-/// By quadrature over the visible normals: E and B as averages of G₂/G₁.
-fn integrate(mu: f32, alpha: f32) -> Albedo {
+/// (E, B), as averages of G₂/G₁ over the visible normals.
+fn integrate(mu: f32, alpha: f32) -> Vec2 {
     let ggx = Ggx { alpha };
-    let wo = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
-    let nodes = gauss_legendre::<POLAR>();
-    let mut sum = Vec2::ZERO;
-    for k in 0..AZIMUTHAL {
-        let u_azimuth = 0.5 * (k as f32 + 0.5) / AZIMUTHAL as f32; // the other half is its mirror image
-        let at = |u| {
-            let h = ggx.sample_normal(wo, Vec2::new(u, u_azimuth));
-            (h, reflect_about(wo, h))
-        };
-        // Beyond `end` mirrored directions are below the surface; there the integrand stops short, so the rule
-        // ends there and crowds its nodes towards it.
-        let (mut end, mut below) = (1.0 - f32::EPSILON, 1.0);
-        if at(end).1.z <= 0.0 {
-            end = 0.0;
-            for _ in 0..12 {
-                let middle = 0.5 * (end + below);
-                *(if at(middle).1.z > 0.0 { &mut end } else { &mut below }) = middle;
-            }
-        }
-        for (x, weight) in nodes {
-            let (h, wi) = at(end * (1.0 - x * x));
-            if wi.z > 0.0 {
-                let share = 2.0 * x * end * weight * ggx.g2_over_g1(wo, wi);
-                sum += share * Vec2::new(1.0, schlick_weight(wo.dot(h)));
-            }
-        }
-    }
-    sum /= AZIMUTHAL as f32;
-    Albedo { white: sum.x, grazing: sum.y }
+    average_over_normals(ggx, mu, |wo, h| {
+        let wi = reflect_about(wo, h);
+        let kept = if wi.z > 0.0 { ggx.g2_over_g1(wo, wi) } else { 0.0 };
+        kept * Vec2::new(1.0, schlick_weight(wo.dot(h)))
+    })
 }

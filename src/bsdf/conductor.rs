@@ -10,7 +10,7 @@
 //! | parameter | unit | range |
 //! |---|---|---|
 //! | `curve` | reflectance per channel by angle | 0 to 1 |
-//! | `alpha` | roughness² | 0 to 1; below 1e-3 it is [`Mirror`](super::Mirror) |
+//! | `alpha` | roughness² | 0 to 1; below 1e-3 it is [`Mirror`] |
 //! | `multiscatter` | whether light that bounces between facets is counted | |
 
 use glam::{Vec2, Vec3};

@@ -20,7 +20,7 @@
 //! | parameter | unit | range |
 //! |---|---|---|
 //! | `tint` | reflectance per channel, linear Rec.709 | 0 to 1 |
-//! | `fuzz` | radius relative to the unit direction | (0, 1]; 0 is [`Mirror`](super::Mirror) |
+//! | `fuzz` | radius relative to the unit direction | (0, 1]; 0 is [`Mirror`] |
 
 use std::f32::consts::PI;
 

@@ -16,9 +16,9 @@ mod ggx;
 mod glass_albedo;
 mod mirror;
 mod pbr;
-mod quadrature;
 mod rough_dielectric;
 mod specular;
+mod table;
 
 #[cfg(test)]
 mod tests;

@@ -15,14 +15,14 @@
 //! | parameter | unit | range |
 //! |---|---|---|
 //! | `ior` | index of the inside over that of the outside | > 0 |
-//! | `alpha` | roughness² | 0 to 1; below 1e-3 it is [`Dielectric`](super::Dielectric) |
+//! | `alpha` | roughness² | 0 to 1; below 1e-3 it is [`Dielectric`] |
 //! | `tint` | factor of both reflection and refraction | 0 to 1 per channel |
 //! | `multiscatter` | whether light that bounces between facets is counted | |
 
 use glam::{Vec2, Vec3};
 
 use super::dielectric::relative_eta;
-use super::fresnel::{DielectricFresnel, refract};
+use super::fresnel::refract;
 use super::ggx::Ggx;
 use super::glass_albedo::glass_albedo;
 use super::{Bsdf, BsdfSample, Dielectric, Kind, reflect_about};
