@@ -78,7 +78,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let pool = threads(settings.threads)?;
     let scene = timed(&mut seconds.build, || pool.install(|| compile(world, &settings)));
-    drop(pool);
     interrupt.rendering_starts();
     let progress = Progress::start(&interrupt, &settings, args.quiet);
     let rendering = render::render(&scene, &settings, interrupt.monitor()).map_err(failed)?;
@@ -87,11 +86,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let counts = rendering.film.sample_counts();
     if counts.max == 0 {
-        say("interrupted before the first sample: nothing was written");
+        say("stopped before the first sample: nothing was written");
         return Err(Failure::Interrupted);
     }
-    let clamped =
-        timed(&mut seconds.write, || write_picture(&interrupt, &rendering, &counts, &settings, &output))?;
+    let clamped = timed(&mut seconds.write, || {
+        pool.install(|| write_picture(&interrupt, &rendering, &counts, &settings, &output))
+    })?;
     if !args.quiet {
         summarize(&output.file, &rendering, &counts, clamped);
     }

@@ -71,14 +71,19 @@ impl Film {
     }
 
     pub fn sample_counts(&self) -> SampleCounts {
-        let taken = || self.pixels.iter().map(Pixel::taken);
-        let total: u64 = taken().map(u64::from).sum();
+        let mut counts = SampleCounts { min: u32::MAX, mean: 0.0, max: 0, dropped: 0, empty: 0 };
+        let mut total = 0;
+        for pixel in &self.pixels {
+            counts.min = counts.min.min(pixel.taken());
+            counts.max = counts.max.max(pixel.taken());
+            counts.dropped += u64::from(pixel.dropped());
+            counts.empty += u64::from(pixel.kept() == 0);
+            total += u64::from(pixel.taken());
+        }
         SampleCounts {
-            min: taken().min().unwrap_or(0),
+            min: counts.min.min(counts.max),
             mean: total as f64 / self.pixels.len().max(1) as f64,
-            max: taken().max().unwrap_or(0),
-            dropped: self.pixels.iter().map(|p| u64::from(p.dropped())).sum(),
-            empty: self.pixels.iter().filter(|p| p.kept() == 0).count() as u64,
+            ..counts
         }
     }
 }

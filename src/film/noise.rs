@@ -16,7 +16,7 @@
 
 use rayon::prelude::*;
 
-use super::Film;
+use super::{Film, Pixel};
 
 /// Below this share of the picture's middle brightness an error counts as absolute.
 const FLOOR: f64 = 0.1;
@@ -31,24 +31,25 @@ pub struct NoiseMap {
 impl NoiseMap {
     pub fn of(film: &Film) -> Self {
         let width = film.width().max(1) as usize;
-        let rows = || film.pixels().par_chunks(width);
+        let pixels = film.pixels();
         // Sums by row, then over rows in order: the same bits for any number of threads.
-        let in_order = |sums: Vec<f64>| sums.iter().sum::<f64>() / film.pixels().len().max(1) as f64;
-        let mean_root =
-            in_order(rows().map(|row| row.iter().map(|p| p.luminance().sqrt()).sum::<f64>()).collect());
+        let mean = |sums: Vec<f64>| sums.iter().sum::<f64>() / pixels.len().max(1) as f64;
+        let root_of_row = |row: &[Pixel]| row.iter().map(|p| p.luminance().sqrt()).sum();
+        let mean_root = mean(pixels.par_chunks(width).map(root_of_row).collect());
         let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
-        let errors: Vec<f32> = film
-            .pixels()
-            .par_iter()
-            .map(|p| (p.luminance_error() / p.luminance().max(floor)) as f32)
-            .collect();
-        let mean_square = in_order(
-            errors
-                .par_chunks(width)
-                .map(|row| row.iter().map(|&e| f64::from(e) * f64::from(e)).sum::<f64>())
-                .collect(),
-        );
-        Self { width, errors, estimate: mean_square.sqrt() }
+        let mut errors = vec![0.0; pixels.len()];
+        let fill_row = |(errors, row): (&mut [f32], &[Pixel])| {
+            let mut squares = 0.0;
+            for (error, pixel) in errors.iter_mut().zip(row) {
+                let relative = pixel.luminance_error() / pixel.luminance().max(floor);
+                *error = relative as f32;
+                squares += relative * relative;
+            }
+            squares
+        };
+        let rows = errors.par_chunks_mut(width).zip(pixels.par_chunks(width));
+        let estimate = mean(rows.map(fill_row).collect()).sqrt();
+        Self { width, errors, estimate }
     }
 
     /// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.

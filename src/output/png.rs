@@ -7,6 +7,7 @@
 //! | `raw` | none: the numbers claim no meaning |
 
 use ::png::{BitDepth, ColorType, Encoder, ScaledFloat, SourceChromaticities, SrgbRenderingIntent};
+use rayon::prelude::*;
 
 use super::{Depth, Error, Settings, View, software};
 use crate::color::{Picture, exposure_factor};
@@ -46,10 +47,10 @@ fn rec709() -> SourceChromaticities {
 /// Rounded to the nearest step, big-endian.
 fn samples(picture: &Picture, settings: &Settings) -> Vec<u8> {
     let factor = exposure_factor(settings.exposure);
-    let display = picture.pixels.as_flattened().iter().map(|&x| settings.view.encode(x * factor));
+    let display = picture.pixels.as_flattened().par_iter().map(|&x| settings.view.encode(x * factor));
     match settings.depth {
         Depth::Low => display.map(|v| (v * 255.0 + 0.5) as u8).collect(),
-        Depth::High => display.flat_map(|v| ((v * 65535.0 + 0.5) as u16).to_be_bytes()).collect(),
+        Depth::High => display.flat_map_iter(|v| ((v * 65535.0 + 0.5) as u16).to_be_bytes()).collect(),
     }
 }
 

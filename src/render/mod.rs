@@ -3,7 +3,7 @@
 //! A picture is made in passes over all pixels that still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
 //! each), so that there is something to show at once and little is lost when something stops. Each pass hands tiles
 //! of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their
-//! index. Between passes the film's state alone decides which pixels go on ([`stop`]). So the film is the same to the
+//! index. Between passes the film's state alone decides which pixels go on (`stop.rs`). So the film is the same to the
 //! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
 //! holds its first n samples, whatever n it got to.
 

@@ -66,8 +66,8 @@ impl Monitor {
     }
 
     pub(super) fn report(&self, plan: &Plan) {
-        self.taken.store(plan.taken, Relaxed);
-        self.expected.store(plan.taken + plan.expected, Relaxed);
+        self.taken.store(plan.taken(), Relaxed);
+        self.expected.store(plan.taken() + plan.expected(), Relaxed);
         self.noise.store(plan.noise.unwrap_or(f32::NAN).to_bits(), Relaxed);
     }
 }

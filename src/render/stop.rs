@@ -27,46 +27,53 @@ const LEAST_SAMPLES: u32 = 32;
 pub struct Plan {
     width: usize,
     active: Vec<bool>,
-    /// Samples taken so far, over all pixels.
-    pub taken: u64,
-    /// Samples that are still to come, as far as can be told.
-    pub expected: u64,
+    totals: Totals,
     pub noise: Option<f32>,
-    finished: bool,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Totals {
+    taken: u64,
+    expected: u64,
+    /// Pixels that have all their samples.
+    complete: usize,
 }
 
 impl Plan {
     pub fn of(film: &Film, settings: &Settings) -> Self {
         let width = film.width().max(1) as usize;
         let noise_map = NoiseMap::of(film);
-        let least = LEAST_SAMPLES.max((1.0 / settings.noise) as u32);
-        let remaining: Vec<u32> = film
-            .pixels()
-            .par_iter()
+        let mut active = vec![false; film.pixels().len()];
+        let rows = active.par_chunks_mut(width).zip(film.pixels().par_chunks(width));
+        let totals = rows
             .enumerate()
-            .map(|(i, pixel)| {
-                let (taken, left) = (pixel.taken(), settings.samples.saturating_sub(pixel.taken()));
-                if settings.noise <= 0.0 {
-                    return left;
+            .map(|(y, (active, row))| {
+                let mut totals = Totals::default();
+                for (x, (active, pixel)) in active.iter_mut().zip(row).enumerate() {
+                    let expected = expected_samples(pixel.taken(), settings, || noise_map.around(x, y));
+                    *active = expected > 0;
+                    totals.taken += u64::from(pixel.taken());
+                    totals.expected += u64::from(expected);
+                    totals.complete += usize::from(pixel.taken() >= settings.samples);
                 }
-                let error = noise_map.around(i % width, i / width);
-                let needed = taken.max(least) as f32 * (error / settings.noise).powi(2);
-                if taken >= least && error < settings.noise {
-                    0
-                } else {
-                    // Errors fall as 1/√n. At least one: whoever has not settled goes on.
-                    (needed - taken as f32).max(1.0).min(left as f32) as u32
-                }
+                totals
             })
-            .collect();
-        Self {
-            width,
-            active: remaining.iter().map(|&r| r > 0).collect(),
-            taken: film.pixels().par_iter().map(|p| u64::from(p.taken())).sum(),
-            expected: remaining.par_iter().map(|&r| u64::from(r)).sum(),
-            noise: noise_map.estimate(),
-            finished: film.pixels().par_iter().all(|p| p.taken() >= settings.samples),
-        }
+            .reduce(Totals::default, |a, b| Totals {
+                taken: a.taken + b.taken,
+                expected: a.expected + b.expected,
+                complete: a.complete + b.complete,
+            });
+        Self { width, active, totals, noise: noise_map.estimate() }
+    }
+
+    /// Samples taken so far, over all pixels.
+    pub fn taken(&self) -> u64 {
+        self.totals.taken
+    }
+
+    /// Samples that are still to come, as far as can be told.
+    pub fn expected(&self) -> u64 {
+        self.totals.expected
     }
 
     pub fn is_active(&self, x: u32, y: u32) -> bool {
@@ -75,10 +82,26 @@ impl Plan {
 
     /// How rendering ended, where nothing is left to do.
     pub fn outcome(&self) -> Option<Outcome> {
-        match (self.expected, self.finished) {
+        match (self.totals.expected, self.totals.complete == self.active.len()) {
             (0, true) => Some(Outcome::Finished),
             (0, false) => Some(Outcome::NoiseReached),
             _ => None,
         }
     }
+}
+
+/// How many more samples a pixel needs: 0 where it has settled, else a guess of at least 1.
+fn expected_samples(taken: u32, settings: &Settings, error: impl Fn() -> f32) -> u32 {
+    let left = settings.samples.saturating_sub(taken);
+    if settings.noise <= 0.0 || left == 0 {
+        return left;
+    }
+    let least = LEAST_SAMPLES.max((1.0 / settings.noise) as u32);
+    let error = error();
+    if taken >= least && error < settings.noise {
+        return 0;
+    }
+    // Errors fall as 1/√n.
+    let needed = taken.max(least) as f32 * (error / settings.noise).powi(2);
+    (needed - taken as f32).clamp(1.0, left as f32) as u32
 }
