@@ -29,9 +29,7 @@ impl Read for Color {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         match value.get_ref() {
             DeValue::Integer(_) | DeValue::Float(_) => component(value, cx).map(|grey| Self([grey; 3])),
-            DeValue::Array(_) => {
-                read_array(value, FORMS, cx).map(|rgb: [Component; 3]| Self(rgb.map(|c| c.0)))
-            }
+            DeValue::Array(_) => read_array(value, FORMS, cx, component).map(Self),
             DeValue::String(text) => {
                 let color = hexadecimal(text);
                 if color.is_none() {
@@ -45,14 +43,6 @@ impl Read for Color {
                 None
             }
         }
-    }
-}
-
-struct Component(f32);
-
-impl Read for Component {
-    fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        component(value, cx).map(Self)
     }
 }
 

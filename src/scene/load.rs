@@ -81,8 +81,9 @@ fn parse_toml<'t>(
         let range = error.span().unwrap_or(0..0);
         let line = line_at(text, range.start);
         if lines.last().is_none_or(|last| last.start < line.start) {
+            let at = range.start;
             let place = Place::Span { source: text.clone(), range };
-            diagnostics.push(Diagnostic::error(path, place, error.message()));
+            diagnostics.push(Diagnostic::error(path, place, syntax_message(text, at, error.message())));
             lines.push(line);
         }
     }
@@ -95,6 +96,18 @@ fn parse_toml<'t>(
     *remains = String::from_utf8(bytes).unwrap_or_default();
     let (table, errors) = DeTable::parse_recoverable(remains);
     (diagnostics, if errors.is_empty() { whole(table) } else { None })
+}
+
+/// The parser's message, or a better one for the commonest slips.
+fn syntax_message<'m>(text: &str, at: usize, message: &'m str) -> &'m str {
+    let rest = text.get(at..).and_then(|rest| rest.lines().next()).unwrap_or_default().trim_start();
+    if message.starts_with("string values must be quoted") && (rest.is_empty() || rest.starts_with('#')) {
+        "there is no value; a colour in hexadecimal is written in quotes"
+    } else if message.starts_with("string values must be quoted") || message.starts_with("invalid boolean") {
+        "this is not a value; strings are written in quotes"
+    } else {
+        message.strip_suffix(", expected nothing").unwrap_or(message)
+    }
 }
 
 /// The line of `text` that holds the byte `at`, without its end.

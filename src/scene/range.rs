@@ -142,10 +142,11 @@ impl Read for u64 {
 }
 
 /// The elements of an array of exactly N.
-pub(super) fn read_array<T: Read, const N: usize>(
+pub(super) fn read_array<T, const N: usize>(
     value: &Value,
     expected: &str,
     cx: &mut Context,
+    mut read: impl FnMut(&Value, &mut Context) -> Option<T>,
 ) -> Option<[T; N]> {
     let items = match value.get_ref() {
         DeValue::Array(items) if items.len() == N => items,
@@ -159,6 +160,6 @@ pub(super) fn read_array<T: Read, const N: usize>(
         }
     };
     // All are read before any failure ends it: each wrong one is reported.
-    let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, cx)).collect();
+    let read: Vec<Option<T>> = items.iter().map(|item| read(item, cx)).collect();
     read.into_iter().collect::<Option<Vec<T>>>()?.try_into().ok()
 }

@@ -158,7 +158,8 @@ impl Filter {
 
 impl Read for Size {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        let [width, height] = read_array::<u32, 2>(value, "two whole numbers: width and height", cx)?;
+        let [width, height] =
+            read_array::<_, 2>(value, "two whole numbers: width and height", cx, u32::read)?;
         let side = 1..=LARGEST_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
             cx.must(
@@ -182,7 +183,7 @@ impl Read for Size {
 
 impl Read for Crop {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        let crop = read_array::<u32, 4>(value, "four whole numbers: x, y, width and height", cx)?;
+        let crop = read_array::<_, 4>(value, "four whole numbers: x, y, width and height", cx, u32::read)?;
         if crop[2] == 0 || crop[3] == 0 {
             cx.must(value.span(), "at least one pixel wide and high", &format!("{} × {}", crop[2], crop[3]));
             return None;

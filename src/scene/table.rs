@@ -18,13 +18,18 @@ use crate::diagnostic::quote;
 pub(super) type Value<'i> = Spanned<DeValue<'i>>;
 
 /// Something that can stand on the right of a key.
-pub(super) trait Read: Sized {
+pub(super) trait Read: Sized + JsonSchema {
     /// `None` after having reported why.
     fn read(value: &Value, cx: &mut Context) -> Option<Self>;
 
     /// What a key that is not there means; `None`: the key is required.
     fn absent() -> Option<Self> {
         None
+    }
+
+    /// What stands for it in a schema. TOML has no null: an absent value has no schema of its own.
+    fn schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<Self>()
     }
 
     /// The numbers in it, for limits.
@@ -40,6 +45,10 @@ impl<T: Read> Read for Option<T> {
 
     fn absent() -> Option<Self> {
         Some(None)
+    }
+
+    fn schema(generator: &mut SchemaGenerator) -> Schema {
+        T::schema(generator)
     }
 
     fn numbers(&self) -> Vec<f64> {
@@ -306,7 +315,7 @@ impl TableSchema {
         schema
     }
 
-    pub fn key<T: Read + JsonSchema>(
+    pub fn key<T: Read>(
         &mut self,
         name: &str,
         description: &str,
@@ -317,7 +326,7 @@ impl TableSchema {
         if default.is_none() && T::absent().is_none() {
             self.required.push(name.into());
         }
-        let mut schema = generator.subschema_for::<T>();
+        let mut schema = T::schema(generator);
         if let Some(limits) = limits {
             limits.describe(&mut schema);
         }

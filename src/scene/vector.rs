@@ -68,13 +68,13 @@ impl Pair {
 
 impl Read for Triple {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        read_array(value, "three numbers", cx).map(Self)
+        read_array(value, "three numbers", cx, f32::read).map(Self)
     }
 }
 
 impl Read for Direction {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        let direction = read_array(value, "three numbers", cx)?;
+        let direction = read_array(value, "three numbers", cx, f32::read)?;
         if direction == [0.0; 3] {
             cx.must(value.span(), "a direction", "of zero length");
             return None;
@@ -86,7 +86,7 @@ impl Read for Direction {
 impl Read for Scale {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         let scale = match value.get_ref() {
-            DeValue::Array(_) => Self::PerAxis(read_array(value, "one number, or three", cx)?),
+            DeValue::Array(_) => Self::PerAxis(read_array(value, "one number, or three", cx, f32::read)?),
             _ => Self::Uniform(f32::read(value, cx)?),
         };
         if scale.vec().to_array().contains(&0.0) {
@@ -100,7 +100,7 @@ impl Read for Scale {
 impl Read for Pair {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         match value.get_ref() {
-            DeValue::Array(_) => read_array(value, "one number, or two", cx).map(Self::Each),
+            DeValue::Array(_) => read_array(value, "one number, or two", cx, f32::read).map(Self::Each),
             _ => f32::read(value, cx).map(Self::Same),
         }
     }
