@@ -95,3 +95,105 @@ fn every_sample_loads_or_says_why_not() {
     }
     println!("{loaded} samples load, {refused} are refused");
 }
+
+/// Instances, triangles summed over instances, cameras, lights, decoded images.
+const KNOWN: [(&str, [usize; 5]); 17] = [
+    ("2CylinderEngine-glTF-Binary/2CylinderEngine.glb", [115, 121_496, 1, 0, 0]),
+    ("BoxTextured-glTF/BoxTextured.gltf", [1, 12, 0, 0, 1]),
+    ("BoxTextured-glTF-Embedded/BoxTextured.gltf", [1, 12, 0, 0, 1]),
+    ("CornellBox.glb", [6, 36, 0, 0, 0]),
+    ("DamagedHelmet.glb", [1, 15_452, 0, 0, 4]),
+    ("FlightHelmet/FlightHelmet.gltf", [6, 94_722, 0, 0, 15]),
+    ("Fox.glb", [1, 576, 0, 0, 1]),
+    ("GolfBall.glb", [1, 356, 0, 0, 1]),
+    ("Lights.glb", [1, 12, 1, 4, 0]),
+    ("MorphPrimitivesTest/glTF/MorphPrimitivesTest.gltf", [2, 32, 0, 0, 1]),
+    ("NormalTangentTest.glb", [1, 7_774, 0, 0, 3]),
+    ("PrimitiveModeNormalsTest.glb", [9, 2_562, 0, 0, 1]),
+    ("SpecularTest.glb", [24, 44_828, 0, 0, 1]),
+    ("TwoSidedPlane.glb", [1, 2, 0, 0, 3]),
+    ("cameras/Cameras.gltf", [1, 2, 2, 0, 0]),
+    ("geometry-camera-light.glb", [2, 14, 2, 2, 0]),
+    ("simple-instancing.glb", [1, 12, 0, 0, 0]),
+];
+
+#[test]
+fn known_samples_hold_what_their_json_says() {
+    let Some(samples) = samples() else { return };
+    let mut wrong = Vec::new();
+    for (name, expected) in KNOWN {
+        let path = samples.join("gltf").join(name);
+        let model = load_in_time(&path).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        let triangles = model.instances.iter().map(|i| model.meshes[i.mesh.index()].triangles.len()).sum();
+        let found =
+            [model.instances.len(), triangles, model.cameras.len(), model.lights.len(), model.images.len()];
+        if found != expected {
+            wrong.push(format!("{name}: {found:?}, not {expected:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// MikkTSpace as called here against the tangents that FlightHelmet brings, which Blender's exporter or its like made.
+#[test]
+fn generated_tangents_agree_with_given_ones() {
+    let Some(samples) = samples() else { return };
+    let path = samples.join("gltf/FlightHelmet/FlightHelmet.gltf");
+    let given = load_in_time(&path).expect("a valid sample");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = std::fs::read_to_string(&path).expect("a readable sample");
+    for entry in std::fs::read_dir(path.parent().expect("a folder")).expect("a readable folder").flatten() {
+        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).expect("a copy");
+    }
+    let bare = folder.path().join("bare.gltf");
+    std::fs::write(&bare, text.replace("\"TANGENT\"", "\"_TANGENT\"")).expect("a copy");
+    let generated = load_in_time(&bare).expect("as valid as before");
+    for (given, generated) in given.meshes.iter().zip(&generated.meshes) {
+        let (mut near, mut same_side, mut corners) = (0, 0, 0);
+        for (a, b) in given.triangles.as_flattened().iter().zip(generated.triangles.as_flattened()) {
+            let (a, b) = (given.tangents[*a as usize], generated.tangents[*b as usize]);
+            corners += 1;
+            near += usize::from(a.truncate().dot(b.truncate()) > 0.95);
+            same_side += usize::from(a.w == b.w);
+        }
+        println!("{}: of {corners} corners {near} tangents agree, {same_side} handednesses", given.name);
+        assert!(near * 100 > corners * 95 && same_side * 100 > corners * 99, "{}", given.name);
+    }
+}
+
+/// The Khronos validator's files. What it calls an error we may refuse, warn of, or render all the same; the count is
+/// printed so that a change of heart shows.
+#[test]
+fn invalid_samples_never_panic() {
+    let Some(samples) = samples() else { return };
+    let [mut refused, mut warned, mut accepted, mut refused_valid] = [0, 0, 0, 0];
+    for path in gltf_files(&samples.join("gltf-invalid")) {
+        let result = load_in_time(&path);
+        let report = PathBuf::from(format!("{}.report.json", path.display()));
+        let Ok(report) = std::fs::read(report) else { continue };
+        let report: serde_json::Value = serde_json::from_slice(&report).expect("JSON");
+        let errors = report["issues"]["numErrors"].as_u64().unwrap_or(0);
+        let codes: Vec<_> = (report["issues"]["messages"].as_array().into_iter().flatten())
+            .filter(|m| m["severity"] == 0)
+            .map(|m| m["code"].as_str().unwrap_or("").to_owned())
+            .collect();
+        match (result, errors) {
+            (Err(diagnostics), 0) => {
+                refused_valid += 1;
+                println!("refused, though valid: {}: {}", path.display(), diagnostics[0].message);
+            }
+            (Ok(_), 0) => {}
+            (Err(_), _) => refused += 1,
+            (Ok(model), _) if !model.warnings.is_empty() => warned += 1,
+            (Ok(_), _) => {
+                accepted += 1;
+                println!("accepted: {} {codes:?}", path.display());
+            }
+        }
+    }
+    println!(
+        "with errors by the validator: {refused} refused, {warned} warned of, {accepted} accepted; {refused_valid} valid ones refused"
+    );
+    assert_eq!(refused_valid, 0);
+    assert!(accepted <= 40, "more of what the validator refuses passes without a word than did");
+}

@@ -79,19 +79,17 @@ pub fn check(source: &Source, report: &mut Report) {
 }
 
 impl<'a> Source<'a> {
-    /// Accessor `index`. It passed [`check`]; the error is that its bytes are not in the file.
+    /// Accessor `index`, which has passed [`check`]. What its file does not hold reads as zero.
     pub fn accessor(&self, index: usize) -> Result<Accessor<'a>, Problem> {
-        let pointer = || format!("/accessors/{index}");
-        let json =
-            (self.document.accessors.get(index)).ok_or_else(|| Problem::new(pointer(), "does not exist"))?;
-        let accessor = self.layout(index, json)?;
-        if let Some(view) = json.buffer_view
-            && accessor.base.is_none()
-        {
-            let message = format!("reads bufferView {}, whose buffer has no data in this file", view.value());
-            return Err(Problem::new(pointer(), message));
+        match self.document.accessors.get(index) {
+            Some(json) => self.layout(index, json),
+            None => Err(Problem::new(format!("/accessors/{index}"), "does not exist")),
         }
-        Ok(accessor)
+    }
+
+    /// Whether any element of accessor `index` is given.
+    pub fn has_data(&self, index: usize) -> bool {
+        self.accessor(index).is_ok_and(|a| a.base.is_some() || a.sparse.is_some())
     }
 
     fn layout(&self, index: usize, json: &json::Accessor) -> Result<Accessor<'a>, Problem> {
@@ -148,9 +146,7 @@ impl<'a> Source<'a> {
         let indices =
             self.run(indices.buffer_view.value(), indices.byte_offset.0, None, index_type.0.size(), count)?;
         let values = self.run(values.buffer_view.value(), values.byte_offset.0, None, size, count)?;
-        let (Some(indices), Some(values)) = (indices, values) else {
-            return Err("reads a buffer that has no data in this file".into());
-        };
+        let (Some(indices), Some(values)) = (indices, values) else { return Ok(None) };
         Ok(Some(Sparse {
             count: usize::try_from(count).unwrap_or(0),
             indices,

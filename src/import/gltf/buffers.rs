@@ -6,6 +6,7 @@
 use std::{borrow::Cow, path::Path};
 
 use super::{
+    container::Container,
     document::Document,
     report::{Problem, Report},
     uri,
@@ -17,16 +18,19 @@ pub struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
 /// Loads all buffers and checks that views lie inside them.
 pub fn load<'a>(
     document: &Document,
-    bin: Option<&'a [u8]>,
+    container: &Container<'a>,
     folder: &Path,
     report: &mut Report,
 ) -> Buffers<'a> {
     let mut loaded = Vec::new();
     for (i, buffer) in document.buffers.iter().enumerate() {
         let length = buffer.byte_length.0;
-        let bytes = match (&buffer.uri, i, bin) {
+        let bytes = match (&buffer.uri, i, container.bin) {
             (Some(uri), ..) => uri::read(uri, folder, length).map(|bytes| Some(Cow::Owned(bytes))),
             (None, 0, Some(bin)) => Ok(Some(Cow::Borrowed(bin))),
+            (None, 0, None) if container.is_glb && length > 0 => {
+                Err("is missing, and the GLB has no BIN chunk".into())
+            }
             (None, ..) => Ok(None),
         };
         match bytes {

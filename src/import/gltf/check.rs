@@ -3,7 +3,7 @@
 //! glTF 2.0, section 3.5.2 "Node Hierarchy": nodes are a set of strict trees. After this check an index that the rest of the
 //! importer follows exists, no node has two parents and none is its own ancestor.
 
-use gltf::json::{self, validation::Checked};
+use gltf::json::validation::Checked;
 
 use super::{
     document::Document,
@@ -34,7 +34,7 @@ pub fn references(document: &Document, report: &mut Report) {
     meshes(document, &mut references);
     materials(document, &mut references);
     data(document, &mut references);
-    hierarchy(&document.nodes, report);
+    hierarchy(document, report);
 }
 
 fn scenes(document: &Document, references: &mut References) {
@@ -173,7 +173,8 @@ fn data(document: &Document, references: &mut References) {
 }
 
 /// Two parents and cycles. References that do not exist have been reported already and are passed over.
-fn hierarchy(nodes: &[json::Node], report: &mut Report) {
+fn hierarchy(document: &Document, report: &mut Report) {
+    let nodes = &document.nodes;
     let mut parents = vec![None; nodes.len()];
     for (i, node) in nodes.iter().enumerate() {
         for (j, child) in node.children.iter().flatten().enumerate() {
@@ -184,6 +185,14 @@ fn hierarchy(nodes: &[json::Node], report: &mut Report) {
                     report.error(Problem::new(format!("/nodes/{i}/children/{j}"), message));
                 }
                 None => {}
+            }
+        }
+    }
+    for (i, scene) in document.scenes.iter().enumerate() {
+        for (j, node) in scene.nodes.iter().enumerate() {
+            if let Some(Some(parent)) = parents.get(node.value()) {
+                let message = format!("node {} is not a root: it is a child of node {parent}", node.value());
+                report.error(Problem::new(format!("/scenes/{i}/nodes/{j}"), message));
             }
         }
     }

@@ -16,12 +16,13 @@ const BIN: u32 = 0x004E_4942;
 pub struct Container<'a> {
     pub json: &'a [u8],
     pub bin: Option<&'a [u8]>,
+    pub is_glb: bool,
 }
 
 /// Splits `bytes`; `None` (with an error reported) where there is no JSON to be found.
 pub fn split<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container<'a>> {
     if !bytes.starts_with(MAGIC) {
-        return Some(Container { json: bytes, bin: None });
+        return Some(Container { json: bytes, bin: None, is_glb: false });
     }
     match split_glb(bytes, report) {
         Ok(container) => Some(container),
@@ -63,7 +64,7 @@ fn split_glb<'a>(bytes: &'a [u8], report: &mut Report) -> Result<Container<'a>, 
         }
         rest = after;
     }
-    Ok(Container { json: json.ok_or("the GLB file has no JSON chunk")?, bin })
+    Ok(Container { json: json.ok_or("the GLB file has no JSON chunk")?, bin, is_glb: true })
 }
 
 /// Type and data of the first chunk of `rest`, and what follows it.

@@ -73,6 +73,12 @@ pub fn key(
     })
 }
 
+/// Whether positions and indices are there at all. Without, every triangle would be degenerate.
+pub fn has_data(source: &Source, primitive: &json::mesh::Primitive) -> bool {
+    let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+    positions.into_iter().chain(&primitive.indices).all(|accessor| source.has_data(accessor.value()))
+}
+
 impl Key {
     /// Triangles that the primitive will have, known before anything is read.
     pub fn triangle_count(&self, source: &Source) -> usize {

@@ -106,7 +106,7 @@ fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
     let document = document::parse(container.json, report)?;
     check::references(&document, report);
     report.checkpoint()?;
-    let buffers = buffers::load(&document, container.bin, folder, report);
+    let buffers = buffers::load(&document, &container, folder, report);
     report.checkpoint()?;
     let source = Source { document: &document, buffers: &buffers };
     accessor::check(&source, report);
@@ -154,6 +154,9 @@ fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec
             let Checked::Valid(mode) = primitive.mode else { continue };
             let material = primitive.material.map(|m| m.value());
             match Topology::of(mode) {
+                Some(_) if !mesh::has_data(source, primitive) => {
+                    report.tally.add(Counted::NoData, 1, &format!("/meshes/{mesh}/primitives/{i}"));
+                }
                 Some(topology) => shapes.push(Shape { placed: p, mesh, primitive: i, topology, material }),
                 None if first_time => {
                     let what = if mode == Mode::Points { Counted::Points } else { Counted::Lines };

@@ -50,6 +50,7 @@ pub enum Counted {
     RepeatedNodes,
     SkinnedNodes,
     MissingUvs,
+    NoData,
 }
 
 impl Counted {
@@ -78,6 +79,9 @@ impl Counted {
             Self::SkinnedNodes => {
                 format!("{n} skinned mesh(es) are shown in their bind pose: skins are not applied")
             }
+            Self::NoData => format!(
+                "{n} primitive(s) have no data in this file (compressed, or a buffer without uri) and are left out"
+            ),
             Self::MissingUvs => format!(
                 "{n} primitive(s) have a textured material but not the texture coordinates it asks for"
             ),
