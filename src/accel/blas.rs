@@ -1,11 +1,11 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
 use glam::Vec3;
-use obvhs::aabb::Aabb;
 
 use super::{
     binary,
     lanes::WIDTH,
+    parts,
     triangles::Block,
     wide::{self, LeafSize, Node},
 };
@@ -32,33 +32,35 @@ impl Blas {
     /// [`MAX_COORDINATE`], or without area in `f32`. They are counted in [`set_aside`](Self::set_aside).
     ///
     /// # Panics
-    /// On more than 2³¹ triangles.
+    /// On more than 2²⁸ triangles.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
-        assert!(triangles.len() <= 1 << 31, "too many triangles for one mesh");
-        let corners = |primitive: u32| corners(positions, triangles[primitive as usize]);
-        let (primitives, boxes): (Vec<u32>, Vec<Aabb>) =
-            (0..triangles.len() as u32).filter_map(|i| Some((i, bounds(corners(i)?)))).unzip();
-        let whole = boxes.iter().copied().reduce(|a, b| a.union(&b));
-        let mut blocks = Vec::with_capacity(boxes.len().div_ceil(WIDTH));
-        let mut nodes = Vec::new();
-        if !boxes.is_empty() {
-            let tree = binary::build(&boxes, &primitives);
-            let mut members = Vec::with_capacity(LEAF_SIZE.block * LEAF_SIZE.max_blocks);
-            nodes = wide::collapse(&tree, LEAF_SIZE, |primitives| {
-                members.clear();
-                members.extend(primitives.iter().filter_map(|&i| Some((i, corners(i)?))));
-                let first = blocks.len() as u32;
-                blocks.extend(members.chunks(WIDTH).map(Block::new));
-                (blocks.len() as u32 - first) << COUNT_SHIFT | first
-            });
-        }
-        assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+        assert!(triangles.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+        let (numbers, usable): (Vec<u32>, Vec<[Vec3; 3]>) = (0..)
+            .zip(triangles)
+            .filter_map(|(number, &triangle)| Some((number, corners(positions, triangle)?)))
+            .unzip();
+        let (boxes, owners) = parts::split(&usable);
+        let tree = binary::build(&boxes, &owners);
+        let mut blocks = Vec::with_capacity(usable.len() / WIDTH);
+        let mut members = Vec::with_capacity(LEAF_SIZE.block * LEAF_SIZE.max_blocks);
+        let nodes = wide::collapse(&tree, LEAF_SIZE, |owners| {
+            members.clear();
+            members.extend(owners.iter().map(|&i| (numbers[i as usize], usable[i as usize])));
+            // Parts of one triangle may meet in a leaf.
+            members.sort_unstable_by_key(|member| member.0);
+            members.dedup_by_key(|member| member.0);
+            let first = blocks.len();
+            blocks.extend(members.chunks(WIDTH).map(Block::new));
+            assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+            ((blocks.len() - first) << COUNT_SHIFT | first) as u32
+        });
         blocks.shrink_to_fit();
+        let whole = boxes.iter().copied().reduce(|a, b| a.union(&b));
         Self {
             nodes,
             blocks,
             bounds: whole.map(|b| (b.min.into(), b.max.into())),
-            set_aside: triangles.len() - primitives.len(),
+            set_aside: triangles.len() - usable.len(),
         }
     }
 
@@ -103,8 +105,4 @@ fn corners(positions: &[Vec3], triangle: [u32; 3]) -> Option<[Vec3; 3]> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let area = (b - a).cross(c - a).length() as f32;
     (usable && area >= f32::MIN_POSITIVE).then_some(corners)
-}
-
-fn bounds(corners: [Vec3; 3]) -> Aabb {
-    Aabb::from_points(&corners.map(Into::into))
 }

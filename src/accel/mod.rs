@@ -6,7 +6,8 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | `binary`, `top_down` | boxes into a binary tree: obvhs's builder, and ours for the input that it does not survive |
+//! | `parts` | triangles into boxes; long thin ones into several |
+//! | `top_down`, `binary` | boxes into a binary tree; the same, improved by obvhs |
 //! | `wide` | the binary tree into an eight-wide one |
 //! | `traverse` | a ray through an eight-wide tree |
 //! | `lanes` | eight floats at once: AVX2, or portable |
@@ -22,6 +23,7 @@ mod binary;
 mod blas;
 mod lanes;
 mod objects;
+mod parts;
 mod search;
 mod top_down;
 mod traverse;

@@ -4,7 +4,7 @@ use glam::{Affine3A, DAffine3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::{
-    Blas, Hit, MAX_COORDINATE, Object, Shape, binary,
+    Blas, Hit, Object, Shape, binary,
     lanes::Lanes,
     search::Search,
     traverse::{Leaves, traverse},
@@ -17,6 +17,9 @@ const KIND_SHIFT: u32 = 29;
 const INSTANCE: u32 = 0;
 const SPHERE: u32 = 1;
 const QUAD: u32 = 2;
+
+/// Objects that reach farther from the origin are set aside: sums of the areas of boxes would overflow.
+const MAX_EXTENT: f32 = 1e15;
 
 #[derive(Clone, Copy, Debug)]
 struct Id {
@@ -62,8 +65,9 @@ impl Objects {
         assert!(objects.len() <= 1 << KIND_SHIFT, "too many objects");
         let (present, boxes): (Vec<u32>, Vec<Aabb>) = (0..objects.len() as u32)
             .filter_map(|i| Some((i, bounds(&blases, &objects[i as usize].shape)?)))
-            .filter(|(_, b)| b.min.is_finite() && b.max.is_finite())
-            .filter(|(_, b)| b.min.abs().max(b.max.abs()).max_element() <= MAX_COORDINATE)
+            .filter(|(_, b)| {
+                [b.min, b.max].iter().all(|p| p.is_finite() && p.abs().max_element() < MAX_EXTENT)
+            })
             .filter_map(|(i, b)| stored(&objects[i as usize].shape).map(|_| (i, b)))
             .unzip();
         let mut all = Self {
@@ -75,11 +79,9 @@ impl Objects {
             set_aside: objects.len() - present.len(),
             blases,
         };
-        if !boxes.is_empty() {
-            let tree = binary::build(&boxes, &present);
-            let one = LeafSize { block: 1, max_blocks: 1 };
-            all.nodes = wide::collapse(&tree, one, |leaf| all.store(leaf[0], &objects[leaf[0] as usize]));
-        }
+        let tree = binary::build(&boxes, &present);
+        let one = LeafSize { block: 1, max_blocks: 1 };
+        all.nodes = wide::collapse(&tree, one, |leaf| all.store(leaf[0], &objects[leaf[0] as usize]));
         all
     }
 

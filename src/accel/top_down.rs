@@ -1,5 +1,6 @@
-//! The builder for every input: top-down binned SAH (Wald, "On fast construction of SAH-based bounding volume
-//! hierarchies", 2007), with a split in the middle where SAH finds none or the tree would get too deep. O(n · depth) at worst.
+//! Boxes into a binary tree, from the root down: binned SAH (Wald, "On fast construction of SAH-based bounding volume
+//! hierarchies", 2007), with a split in the middle where SAH finds none or the tree would get too deep. Takes any
+//! input in O(n · depth).
 
 use glam::Vec3A;
 use obvhs::{

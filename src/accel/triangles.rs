@@ -5,9 +5,12 @@
 use glam::Vec3;
 
 use super::lanes::{Lanes, WIDTH};
-use crate::geometry::{Ray, triangle::Shear};
+use crate::geometry::{
+    Ray,
+    triangle::{self, Shear},
+};
 
-/// Five cache lines. Unused lanes are triangles without area, which are never hit.
+/// Five cache lines. Unused lanes are NaN, which is never hit.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Block {
@@ -28,7 +31,7 @@ pub struct BlockHits<L> {
 impl Block {
     /// At most eight.
     pub fn new(triangles: &[(u32, [Vec3; 3])]) -> Self {
-        let mut block = Self { vertices: [[[0.0; WIDTH]; 3]; 3], primitive: [0; WIDTH] };
+        let mut block = Self { vertices: [[[f32::NAN; WIDTH]; 3]; 3], primitive: [0; WIDTH] };
         for (lane, (primitive, corners)) in triangles.iter().enumerate().take(WIDTH) {
             block.primitive[lane] = *primitive;
             for (vertex, corner) in block.vertices.iter_mut().zip(corners) {
@@ -61,19 +64,54 @@ impl Block {
             [relative(kx).sub(sx.mul(z)), relative(ky).sub(sy.mul(z)), z]
         });
         let edge = |p: [L; 3], q: [L; 3]| p[0].mul(q[1]).sub(p[1].mul(q[0]));
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        let zero = L::splat(0.0);
-        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-        let det = u.add(v).add(w);
-        let inside = L::or(zero.le(least), most.le(zero));
-        let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
+        let mut edges = [edge(c, b), edge(a, c), edge(b, a)];
+        let mut inside = Self::inside(edges);
         if L::bits(inside) == 0 {
             return None;
         }
+        let zero = L::splat(0.0);
+        let [p, q, r] = edges.map(|e| L::and(e.le(zero), zero.le(e)));
+        let vanishing = L::bits(L::and(inside, L::or(L::or(p, q), r)));
+        if vanishing != 0 {
+            edges = refine(vanishing, [a, b, c], edges);
+            inside = Self::inside(edges);
+        }
+        let [u, v, w] = edges;
+        let det = u.add(v).add(w);
+        let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
         let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
         let t = depth.mul(L::splat(shear.sz)).div(det);
         let within = L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max)));
         let lanes = L::bits(L::and(inside, within));
         (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
+    }
+
+    /// All edge functions of one sign.
+    #[inline(always)]
+    fn inside<L: Lanes>([u, v, w]: [L; 3]) -> L::Mask {
+        let zero = L::splat(0.0);
+        L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero))
+    }
+}
+
+/// The exact edge functions of some lanes (as bits).
+#[inline(always)]
+fn refine<L: Lanes>(lanes: u32, corners: [[L; 3]; 3], edges: [L; 3]) -> [L; 3] {
+    let mut edges = edges.map(L::to_array);
+    refine_lanes(lanes, corners.map(|[x, y, _]| [x, y].map(L::to_array)), &mut edges);
+    edges.map(|e| L::load(&e))
+}
+
+/// Rare: the ray must meet an edge or a vertex.
+#[cold]
+#[inline(never)]
+fn refine_lanes(mut lanes: u32, corners: [[[f32; WIDTH]; 2]; 3], edges: &mut [[f32; WIDTH]; 3]) {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        let exact = triangle::exact_edges(corners.map(|p| p.map(|axis| axis[lane])));
+        for (edge, exact) in edges.iter_mut().zip(exact) {
+            edge[lane] = exact;
+        }
     }
 }

@@ -26,12 +26,10 @@ impl Frame {
     /// The frame about the unit vector `z` whose x is `tangent` made orthogonal to it; any frame about `z` where
     /// `tangent` is zero, not finite or along `z`.
     pub fn from_z_and_tangent(z: Vec3, tangent: Vec3) -> Self {
-        let flat = tangent - tangent.dot(z) * z;
-        // What is left of a tangent along z is rounding, about 1e-7 of its length.
-        if !(flat.length_squared() > 1e-10 * tangent.length_squared()) {
-            return Self::from_z(z);
-        }
-        match flat.try_normalize() {
+        let flatten = |x: Vec3| x - x.dot(z) * z;
+        // Of a tangent along z only rounding is left. Twice, since what is left of one nearly along z is off by as much.
+        let flat = tangent.try_normalize().map(flatten).filter(|x| x.length_squared() > 1e-8);
+        match flat.map(|x| flatten(x.normalize()).normalize()) {
             Some(x) => Self { x, y: z.cross(x), z },
             None => Self::from_z(z),
         }

@@ -5,6 +5,9 @@
 //! products for it, with opposite signs: as long as each is `a·b − c·d` with two roundings and no fused multiply-add,
 //! the two values are exact negatives, edges are inclusive, and no ray slips between.
 //!
+//! Rounding cannot turn the sign of such a difference, but it can make it zero. Then it is computed again in `f64`, exactly; or
+//! triangles smaller than the spacing of floats so far from the ray's origin would be hit by rays that pass at a distance.
+//!
 //! `accel` tests eight triangles at once with the same operations in the same order, so its hits equal these to the bit.
 
 use glam::Vec3;
@@ -49,9 +52,11 @@ pub fn intersect(ray: &Ray, shear: &Shear, triangle: [Vec3; 3]) -> Option<Triang
         let z = p[kz];
         Vec3::new(p[kx] - sx * z, p[ky] - sy * z, z)
     });
-    let u = c.x * b.y - c.y * b.x;
-    let v = a.x * c.y - a.y * c.x;
-    let w = b.x * a.y - b.y * a.x;
+    let mut edges = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x];
+    if edges.contains(&0.0) {
+        edges = exact_edges([a, b, c].map(|p| [p.x, p.y]));
+    }
+    let [u, v, w] = edges;
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let det = (u + v) + w;
     if !inside || det == 0.0 {
@@ -59,6 +64,13 @@ pub fn intersect(ray: &Ray, shear: &Shear, triangle: [Vec3; 3]) -> Option<Triang
     }
     let t = ((u * a.z + v * b.z) + w * c.z) * sz / det;
     (t > ray.t_min && t < ray.t_max).then(|| TriangleHit { t, u: v / det, v: w / det })
+}
+
+/// The edge functions of a triangle in the sheared plane. Products of two `f32` are exact in `f64`.
+pub fn exact_edges(corners: [[f32; 2]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    let edge = |p: [f64; 2], q: [f64; 2]| (p[0] * q[1] - p[1] * q[0]) as f32;
+    [edge(c, b), edge(a, c), edge(b, a)]
 }
 
 #[cfg(test)]
@@ -100,7 +112,7 @@ mod tests {
     fn respects_the_interval_and_both_sides() {
         let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
         for side in [1.0, -1.0] {
-            let mut ray = Ray::new(Vec3::new(0.2, 0.2, 3.0 * side), Vec3::new(0.0, 0.0, -1.5 * side));
+            let mut ray = Ray::new(Vec3::new(0.25, 0.25, 4.0 * side), Vec3::new(0.0, 0.0, -2.0 * side));
             let shear = Shear::new(ray.direction);
             assert_eq!(intersect(&ray, &shear, triangle).map(|h| h.t), Some(2.0));
             ray.t_max = 2.0;
@@ -109,5 +121,19 @@ mod tests {
             ray.t_min = 2.0;
             assert_eq!(intersect(&ray, &shear, triangle), None);
         }
+    }
+
+    #[test]
+    fn triangles_below_the_resolution_are_not_hit_from_afar() {
+        let hits = (0..100_000).filter(|&i| {
+            let corner = random_point(i, 0) * 1e-3;
+            let triangle = [corner, corner + 1e-7 * Vec3::X, corner + 1e-7 * Vec3::Y];
+            let origin = 3.0 * random_point(i, 1);
+            let direction = random_point(i, 2);
+            let passes_near = direction.normalize().cross(corner - origin).length() < 1e-5;
+            !passes_near
+                && intersect(&Ray::new(origin, direction), &Shear::new(direction), triangle).is_some()
+        });
+        assert_eq!(hits.count(), 0);
     }
 }
