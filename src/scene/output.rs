@@ -10,7 +10,8 @@ use super::{
     context::Context,
     path::OutputFile,
     range::from,
-    table::{Read, Value, inline_schema, kind, table},
+    read::{Read, Value, kind},
+    table::{inline_schema, table},
 };
 use crate::output::{Depth, Settings, View};
 
