@@ -17,7 +17,7 @@ use super::{
     model,
 };
 use crate::{
-    diagnostic::Diagnostic,
+    diagnostic::{Diagnostic, Place},
     world::{
         Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Material, MaterialId, Mesh,
         MeshId, Projection, Quad, Surface, World,
@@ -65,6 +65,11 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
         environment: surrounding(),
         camera: framing::frame(&Bounds::UNIT, framing::USUAL, aspect as f32),
     };
+    if world.model.instances.is_empty() {
+        let warning = Diagnostic::warning(path, Place::File, "there is nothing to be seen in this file")
+            .help("it has no triangles, or no scene that shows them");
+        world.model.warnings.push(warning);
+    }
     let bounds = Bounds::of_subject(&world);
     world.camera = match world.model.cameras.first() {
         Some(own) => own.clone(),

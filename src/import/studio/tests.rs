@@ -144,3 +144,37 @@ fn irradiance(world: &World, normal: DVec3) -> f64 {
     let surrounding = PI * (bottom + (top - bottom) * (0.5 + normal.y / 3.0));
     world.quads.iter().map(from_lights).sum::<f64>() + surrounding
 }
+
+/// Every sample asset that can be read: seen whole, from a place that is a place.
+#[test]
+fn sample_assets() {
+    let Some(folder) = std::env::var_os("RAYO_SAMPLE_ASSETS") else {
+        println!("skipped: RAYO_SAMPLE_ASSETS is not set");
+        return;
+    };
+    let mut folders = vec![std::path::PathBuf::from(folder)];
+    while let Some(folder) = folders.pop() {
+        for path in
+            std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()))
+        {
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let aspect = 16.0 / 9.0;
+            let Ok(world) = bare_asset(&path, [1600, 900]) else { continue };
+            assert!(world.camera.to_world.is_finite(), "{}", path.display());
+            if world.model.cameras.is_empty() {
+                let eye = Eye::new(&world.camera, aspect);
+                let asset = &world.model.instances[..world.model.instances.len() - 1];
+                for instance in asset {
+                    let mesh = &world.model.meshes[instance.mesh.index()];
+                    for &i in mesh.triangles.iter().flatten().step_by(7) {
+                        let p = instance.to_world.transform_point3(mesh.positions[i as usize]).as_dvec3();
+                        assert!(eye.may_see(&[p]), "{}: {p} is outside the picture", path.display());
+                    }
+                }
+            }
+        }
+    }
+}
