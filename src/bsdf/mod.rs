@@ -1,7 +1,37 @@
 //! Scattering at a surface, in its local frame: the shading normal is +Z, `wo` and `wi` are unit vectors that
 //! point away from the surface. Pure functions of uniform numbers: no textures, no random state, no scenes.
+//!
+//! Opaque lobes scatter on the side of +Z only; who calls turns the frame so that `wo.z > 0`. For dielectrics +Z
+//! is the outward normal, and `wo.z < 0` means inside the medium.
+//!
+//! Light is transported as radiance along camera paths: refraction carries the factor (ηᵢ/ηₜ)² of basic radiance.
 
-use glam::Vec3;
+mod albedo;
+mod conductor;
+mod dielectric;
+mod diffuse;
+pub mod fresnel;
+mod fuzzy_mirror;
+mod ggx;
+mod glass_albedo;
+mod mirror;
+mod pbr;
+mod rough_dielectric;
+mod specular;
+mod table;
+
+#[cfg(test)]
+mod tests;
+
+use glam::{Vec2, Vec3};
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use fuzzy_mirror::FuzzyMirror;
+pub use mirror::Mirror;
+pub use pbr::Pbr;
+pub use rough_dielectric::RoughDielectric;
 
 /// What kind of scattering a sample is: bounce limits count by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +50,68 @@ pub struct BsdfSample {
     pub weight: Vec3,
     /// Solid-angle density, sr⁻¹, of `wi` over all lobes; for a delta lobe the probability of having chosen it.
     pub pdf: f32,
+    /// Index of refraction on the side of `wi` over that on the side of `wo`; 1 for reflection. `weight × eta²`
+    /// is the share of energy that goes on, by which Russian roulette should judge.
+    pub eta: f32,
     /// `wi` has a delta distribution: no other strategy can find it.
     pub delta: bool,
     pub kind: Kind,
+}
+
+/// All that a surface can be.
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf {
+    /// Absorbs all.
+    Black,
+    Diffuse(Diffuse),
+    Mirror(Mirror),
+    FuzzyMirror(FuzzyMirror),
+    Conductor(Conductor),
+    Dielectric(Dielectric),
+    RoughDielectric(RoughDielectric),
+    Pbr(Pbr),
+}
+
+impl Bsdf {
+    /// BSDF × |cos θᵢ| for light from `wi` leaving along `wo`, and the solid-angle density with which
+    /// [`sample`](Self::sample) draws `wi`, both in sr⁻¹. Zero for delta lobes.
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        match self {
+            Self::Black | Self::Mirror(_) | Self::Dielectric(_) => (Vec3::ZERO, 0.0),
+            Self::Diffuse(lobe) => (lobe.eval(wo, wi), lobe.pdf(wo, wi)),
+            Self::FuzzyMirror(lobe) => lobe.eval_pdf(wo, wi),
+            Self::Conductor(lobe) => lobe.eval_pdf(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval_pdf(wo, wi),
+            Self::Pbr(lobe) => lobe.eval_pdf(wo, wi),
+        }
+    }
+
+    /// Draws `wi`, or `None` where the light is absorbed. `u` and `u_lobe` are uniform in [0, 1).
+    pub fn sample(&self, wo: Vec3, u: Vec2, u_lobe: f32) -> Option<BsdfSample> {
+        match self {
+            Self::Black => None,
+            Self::Diffuse(lobe) => lobe.sample(wo, u),
+            Self::Mirror(lobe) => lobe.sample(wo),
+            Self::FuzzyMirror(lobe) => lobe.sample(wo, u, u_lobe),
+            Self::Conductor(lobe) => lobe.sample(wo, u),
+            Self::Dielectric(lobe) => lobe.sample(wo, u_lobe),
+            Self::RoughDielectric(lobe) => lobe.sample(wo, u, u_lobe),
+            Self::Pbr(lobe) => lobe.sample(wo, u, u_lobe),
+        }
+    }
+
+    /// Only delta lobes (or none): next-event estimation is pointless.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Self::Black | Self::Mirror(_) | Self::Dielectric(_))
+    }
+}
+
+/// `w` mirrored about +Z.
+fn reflect(w: Vec3) -> Vec3 {
+    Vec3::new(-w.x, -w.y, w.z)
+}
+
+/// `w` mirrored about the unit vector `h`.
+fn reflect_about(w: Vec3, h: Vec3) -> Vec3 {
+    2.0 * w.dot(h) * h - w
 }

@@ -1,7 +1,90 @@
 //! The command line: one file per command.
+//!
+//! | exit code | |
+//! |---|---|
+//! | 0 | done |
+//! | 1 | interrupted, or failed through no fault of the input |
+//! | 2 | bad input: flags, scene, asset, or a place that cannot be written |
+//!
+//! Standard output carries what was asked for (schema, help); all messages go to standard error.
+
+mod bug;
+mod flags;
+mod interrupt;
+mod progress;
+mod render;
+mod schema;
+mod terminal;
 
 use std::process::ExitCode;
 
+use clap::{Parser, Subcommand};
+
+use terminal::say;
+
+/// Renders scene files, glTF and OBJ with physically based light.
+#[derive(Debug, Parser)]
+#[command(name = "rayo", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Args),
+    Schema(schema::Args),
+}
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug)]
+enum Failure {
+    /// The user's to mend: exit code 2. Lines ready to print.
+    BadInput(String),
+    /// Not the input's fault: exit code 1.
+    Failed(String),
+    /// By the user, who has been told: exit code 1.
+    Interrupted,
+}
+
+/// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    bug::keep_reports();
+    bug::caught(|| {
+        let cli = match Cli::try_parse() {
+            Ok(cli) => cli,
+            Err(error) => {
+                // Help, version or a usage error. That nobody listens (a closed pipe) is no reason to fail.
+                let _ = error.print();
+                return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            }
+        };
+        let result = match cli.command {
+            Command::Render(args) => render::run(&args),
+            Command::Schema(args) => schema::run(&args),
+        };
+        match result {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(Failure::BadInput(message)) => {
+                say(message.trim_end());
+                ExitCode::from(2)
+            }
+            Err(Failure::Failed(message)) => {
+                say(message.trim_end());
+                ExitCode::FAILURE
+            }
+            Err(Failure::Interrupted) => ExitCode::FAILURE,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn flags_are_consistent() {
+        Cli::command().debug_assert();
+    }
 }

@@ -8,6 +8,7 @@ pub mod image;
 mod merge;
 pub mod obj;
 pub mod studio;
+mod tangents;
 
 use std::path::Path;
 

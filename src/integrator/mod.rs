@@ -1,1 +1,261 @@
-//! To come.
+//! Path tracing: from the camera into the scene, at every vertex light gathered by two strategies, weighed against
+//! each other (Veach 1997, chapters 8 to 10).
+//!
+//! ```text
+//! L = Σ over vertices:  emission met by chance × w_bsdf  +  light chosen on purpose × w_light
+//! ```
+//!
+//! with the power heuristic for w. Vertices whose BSDF is a delta cannot choose a light, and what they meet weighs 1.
+//! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
+//! roulette on the throughput, which leaves the mean alone.
+
+use glam::{Vec2, Vec3};
+
+use crate::{
+    accel::Hit,
+    bsdf::{Bsdf, BsdfSample, Kind},
+    compile::Scene,
+    geometry::{Frame, Ray, offset::offset_origin},
+    light::{LightSample, Source},
+    material::{self, SurfacePoint},
+    sampling::{mis::power_heuristic, sobol::PixelSampler},
+};
+
+/// Rays cast, by what they were for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    pub camera: u64,
+    pub bounce: u64,
+    pub shadow: u64,
+}
+
+/// Shortens shadow rays, relative to their length: they must not meet the light they aim at.
+const SHADOW_EPSILON: f32 = 1e-4;
+/// Paths play Russian roulette from this vertex on.
+const ROULETTE_FROM: u32 = 3;
+/// Culled or transparent surfaces a camera ray may pass before it gives up.
+const MAX_PASSES: u32 = 256;
+
+/// How the ray now traced was drawn: what it meets by chance weighs against what could have been chosen on purpose.
+struct Arrival {
+    /// The surface point the ray left.
+    from: Vec3,
+    /// Solid-angle density; `None` for camera rays and delta lobes, whose finds weigh 1.
+    pdf: Option<f32>,
+}
+
+/// The radiance along one camera ray through pixel (x, y): sample `index` of the pixel's sequence.
+pub fn sample_pixel(scene: &Scene, x: u32, y: u32, index: u32, counts: &mut RayCounts) -> Vec3 {
+    let sampler = PixelSampler::new(scene.seed, x, y, index);
+    let [fx, fy, lx, ly] = sampler.draw4(0);
+    let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + scene.filter.sample(Vec2::new(fx, fy));
+    counts.camera += 1;
+    trace_path(scene, scene.camera.ray(at, Vec2::new(lx, ly)), &sampler, counts)
+}
+
+fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut RayCounts) -> Vec3 {
+    let mut radiance = Vec3::ZERO;
+    let mut throughput = Vec3::ONE;
+    // squared ratio of refractive indices along the path: what refraction did to the throughput is no reason to end it
+    let mut eta_scale = 1.0;
+    let mut arrival = Arrival { from: ray.origin, pdf: None };
+    let mut bounces = BounceCounts::default();
+    for vertex in 0.. {
+        let Some(hit) = meet(scene, &mut ray, sampler, vertex) else {
+            radiance += throughput * escaped(scene, &ray, &arrival, vertex == 0);
+            break;
+        };
+        let material = scene.material(&hit);
+        let point = scene.surface_point(&ray, &hit);
+        let wo = -ray.direction;
+        if let Some(color) = material::unlit(material, &scene.textures, &point) {
+            radiance += throughput * color;
+            break;
+        }
+        radiance += throughput * emitted(scene, &hit, &point, wo, &arrival);
+        if bounces.exhausted(scene) {
+            break;
+        }
+        let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo);
+        let local_wo = frame.to_local(wo);
+        if !bsdf.is_delta() {
+            radiance +=
+                throughput * direct_light(scene, &point, &bsdf, &frame, local_wo, sampler, vertex, counts);
+        }
+        let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * vertex);
+        let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { break };
+        let wi = frame.to_world(sample.wi);
+        if !same_side(&point, wo, wi, local_wo, &sample) {
+            break;
+        }
+        throughput *= sample.weight;
+        eta_scale *= sample.eta * sample.eta;
+        if vertex >= ROULETTE_FROM {
+            let survival = (throughput * eta_scale).max_element().clamp(0.05, 1.0);
+            if u_roulette >= survival {
+                break;
+            }
+            throughput /= survival;
+        }
+        if throughput == Vec3::ZERO {
+            break;
+        }
+        bounces.count(sample.kind);
+        arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
+        ray = Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi);
+        counts.bounce += 1;
+    }
+    radiance
+}
+
+/// The first surface the ray does not pass through. Camera rays also pass the backs of single-sided surfaces.
+fn meet(scene: &Scene, ray: &mut Ray, sampler: &PixelSampler, vertex: u32) -> Option<Hit> {
+    let from_camera = vertex == 0;
+    for _ in 0..MAX_PASSES {
+        let hit = scene.accel.closest_where(ray, |hit| {
+            let coverage = scene.coverage(ray, hit, from_camera);
+            let salt = (vertex as u64) << 58 ^ (hit.object as u64) << 32 ^ hit.primitive as u64;
+            coverage >= 1.0 || (coverage > 0.0 && sampler.hashed(salt) < coverage)
+        })?;
+        if !from_camera || scene.material(&hit).double_sided {
+            return Some(hit);
+        }
+        let point = scene.surface_point(ray, &hit);
+        if ray.direction.dot(point.ng) <= 0.0 {
+            return Some(hit);
+        }
+        ray.origin = offset_origin(point.position, point.error, point.ng, ray.direction);
+    }
+    None
+}
+
+/// What a ray without a hit sees: the environment and the disks of suns; the environment alone, where it is visible,
+/// seen straight from the camera.
+fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Vec3 {
+    let environment = scene.lights.environment();
+    if from_camera {
+        return if environment.visible { environment.radiance(ray.direction) } else { Vec3::ZERO };
+    }
+    let radiance = scene.lights.escaped_radiance(ray.direction);
+    match arrival.pdf {
+        Some(pdf) if radiance != Vec3::ZERO => {
+            power_heuristic(pdf, scene.lights.pdf_escaped(arrival.from, ray.direction)) * radiance
+        }
+        _ => radiance,
+    }
+}
+
+/// What the surface a ray met sends back along it.
+fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &Arrival) -> Vec3 {
+    let radiance = scene.emission(hit, &point.uvs, wo.dot(point.ng) > 0.0);
+    if radiance == Vec3::ZERO {
+        return Vec3::ZERO;
+    }
+    match (arrival.pdf, scene.emitter(hit)) {
+        (Some(pdf), Some(emitter)) => {
+            let light_pdf = scene.lights.pdf_surface(emitter, arrival.from, point.position);
+            power_heuristic(pdf, light_pdf) * radiance
+        }
+        _ => radiance,
+    }
+}
+
+/// Light from one light chosen on purpose, scattered towards `local_wo`.
+#[allow(clippy::too_many_arguments)]
+fn direct_light(
+    scene: &Scene,
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    frame: &Frame,
+    local_wo: Vec3,
+    sampler: &PixelSampler,
+    vertex: u32,
+    counts: &mut RayCounts,
+) -> Vec3 {
+    let [u_select, u, v, _] = sampler.draw4(2 + 2 * vertex);
+    let Some(light) = scene.lights.sample(point.position, u_select, Vec2::new(u, v)) else {
+        return Vec3::ZERO;
+    };
+    let local_wi = frame.to_local(light.wi);
+    let (f, bsdf_pdf) = bsdf.eval_pdf(local_wo, local_wi);
+    let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
+    let wo_outside = frame.to_world(local_wo).dot(point.ng) > 0.0;
+    if f == Vec3::ZERO || reflects != (wo_outside == (light.wi.dot(point.ng) > 0.0)) {
+        return Vec3::ZERO;
+    }
+    let radiance = light_radiance(scene, &light);
+    if radiance == Vec3::ZERO {
+        return Vec3::ZERO;
+    }
+    counts.shadow += 1;
+    let visible = transmittance(scene, &shadow_ray(point, &light));
+    let weight = if light.delta { 1.0 } else { power_heuristic(light.pdf, bsdf_pdf) };
+    f * radiance * (visible * weight / light.pdf)
+}
+
+fn light_radiance(scene: &Scene, light: &LightSample) -> Vec3 {
+    match &light.source {
+        Source::Radiance(radiance) => *radiance,
+        Source::Surface { object, primitive, normal, uv, .. } => {
+            let hit = Hit { t: light.distance, u: uv.x, v: uv.y, object: *object, primitive: *primitive };
+            let uvs = scene.uvs_on_light(&hit, *normal);
+            scene.emission(&hit, &uvs, light.wi.dot(*normal) < 0.0)
+        }
+    }
+}
+
+fn shadow_ray(point: &SurfacePoint, light: &LightSample) -> Ray {
+    let origin = offset_origin(point.position, point.error, point.ng, light.wi);
+    match &light.source {
+        Source::Surface { point: target, .. } => {
+            let direction = *target - origin;
+            Ray { t_max: 1.0 - SHADOW_EPSILON, ..Ray::new(origin, direction) }
+        }
+        Source::Radiance(_) => Ray { t_max: light.distance, ..Ray::new(origin, light.wi) },
+    }
+}
+
+/// The share of light that reaches the end of the ray: 0 behind opaque surfaces, the product of the open shares of
+/// transparent ones.
+fn transmittance(scene: &Scene, ray: &Ray) -> f32 {
+    let mut open = 1.0;
+    let occluded = scene.accel.occluded_where(ray, |hit| {
+        open *= 1.0 - scene.coverage(ray, hit, false);
+        open <= 0.0
+    });
+    if occluded { 0.0 } else { open }
+}
+
+/// Interpolated and mapped normals let a BSDF point through the surface; that light is lost, not leaked.
+fn same_side(point: &SurfacePoint, wo: Vec3, wi: Vec3, local_wo: Vec3, sample: &BsdfSample) -> bool {
+    let reflects = (local_wo.z > 0.0) == (sample.wi.z > 0.0);
+    reflects == ((wo.dot(point.ng) > 0.0) == (wi.dot(point.ng) > 0.0))
+}
+
+/// Scattering events so far, in all and by kind.
+#[derive(Default)]
+struct BounceCounts {
+    total: u32,
+    diffuse: u32,
+    glossy: u32,
+    transmission: u32,
+}
+
+impl BounceCounts {
+    fn count(&mut self, kind: Kind) {
+        self.total += 1;
+        match kind {
+            Kind::Diffuse => self.diffuse += 1,
+            Kind::Glossy => self.glossy += 1,
+            Kind::Transmission => self.transmission += 1,
+        }
+    }
+
+    fn exhausted(&self, scene: &Scene) -> bool {
+        let limits = &scene.bounces;
+        self.total > limits.total
+            || self.diffuse > limits.diffuse
+            || self.glossy > limits.glossy
+            || self.transmission > limits.transmission
+    }
+}

@@ -1,1 +1,29 @@
-//! To come.
+//! Where light comes from: shapes, points, the sun and the environment; choosing one of them for a point.
+
+mod cluster;
+mod environment;
+mod lights;
+mod map;
+mod punctual;
+mod quad;
+mod shape;
+mod sphere;
+mod sun;
+mod tree;
+mod triangle;
+
+pub use environment::{Environment, EnvironmentSample};
+pub use lights::{Emitter, FAIR_SHARE, LightSample, Lights, Source};
+pub use punctual::{Incident, Punctual};
+pub use quad::Quad;
+pub use shape::{Shape, ShapeSample};
+pub use sphere::Sphere;
+pub use sun::Sun;
+pub use triangle::Triangle;
+
+use glam::Vec3;
+
+/// Of linear Rec.709 (ITU-R BT.709-6, 3.2).
+pub(crate) fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}

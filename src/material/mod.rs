@@ -1,1 +1,133 @@
-//! To come.
+//! A material at a point of a surface: textures looked up, roughness turned into alpha, the shading frame bent by the
+//! normal map; out come a BSDF in that frame, emission and coverage.
+
+mod frame;
+
+use glam::{Vec2, Vec3, Vec4};
+
+pub use frame::shading_frame;
+
+use crate::{
+    bsdf::{
+        Bsdf, Conductor, Dielectric, Diffuse, FuzzyMirror, Pbr, RoughDielectric,
+        fresnel::{DielectricFresnel, SchlickCurve},
+    },
+    geometry::Frame,
+    texture::Textures,
+    world::{Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, ScalarInput, Surface},
+};
+
+/// What a material needs to know of the point it is looked up at.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    pub position: Vec3,
+    /// Bound on the rounding error of `position`, per axis.
+    pub error: Vec3,
+    /// Geometric normal: unit, outward (the side from which triangles run counter-clockwise).
+    pub ng: Vec3,
+    /// Interpolated normal: unit, on the side of `ng`.
+    pub ns: Vec3,
+    /// World tangent and the sign of the bitangent; zero where there is none.
+    pub tangent: Vec4,
+    pub uvs: [Vec2; 2],
+    /// Vertex colour, linear RGBA; one where there is none.
+    pub color: Vec4,
+}
+
+impl ColorInput {
+    fn at(&self, textures: &Textures, uvs: &[Vec2; 2]) -> Vec3 {
+        match &self.texture {
+            Some(t) => self.factor * textures.lookup(t, uvs).truncate(),
+            None => self.factor,
+        }
+    }
+}
+
+impl ScalarInput {
+    fn at(&self, textures: &Textures, uvs: &[Vec2; 2]) -> f32 {
+        match &self.texture {
+            Some((t, channel)) => self.factor * textures.lookup(t, uvs)[usize::from(channel & 3)],
+            None => self.factor,
+        }
+    }
+}
+
+/// The share of what is behind that the surface hides: 1 for opaque materials, 0 or 1 for masked ones.
+pub fn coverage(material: &Material, textures: &Textures, uvs: &[Vec2; 2], color: Vec4) -> f32 {
+    let alpha = || {
+        let vertex = if material.vertex_colors { color.w } else { 1.0 };
+        material.coverage.at(textures, uvs) * vertex
+    };
+    match material.alpha {
+        Alpha::Opaque => 1.0,
+        Alpha::Mask { cutoff } => (alpha() >= cutoff) as u8 as f32,
+        Alpha::Blend => alpha().clamp(0.0, 1.0),
+    }
+}
+
+/// Radiance that leaves the front or, where the emission is two-sided, either side.
+pub fn emission(emission: &Emission, textures: &Textures, uvs: &[Vec2; 2], front: bool) -> Vec3 {
+    if front || emission.two_sided {
+        emission.strength * emission.color.at(textures, uvs)
+    } else {
+        Vec3::ZERO
+    }
+}
+
+/// The radiance an unlit material shows, if it is one.
+pub fn unlit(material: &Material, textures: &Textures, point: &SurfacePoint) -> Option<Vec3> {
+    match &material.surface {
+        Surface::Unlit { color } => Some(color.at(textures, &point.uvs) * tint(material, point)),
+        _ => None,
+    }
+}
+
+fn tint(material: &Material, point: &SurfacePoint) -> Vec3 {
+    if material.vertex_colors { point.color.truncate() } else { Vec3::ONE }
+}
+
+/// The BSDF at a point seen from the unit direction `wo`, and the frame it is in. Opaque surfaces are two-sided: their
+/// frame is turned to the side of `wo`. A dielectric's frame keeps to the outside.
+pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint, wo: Vec3) -> (Bsdf, Frame) {
+    let color =
+        |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
+    let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
+    let bsdf = match &material.surface {
+        Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),
+        Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => FuzzyMirror::bsdf(color(c), *fuzz),
+        Surface::Metal { color: c, finish: MetalFinish::Roughness { roughness, fresnel, multiscatter } } => {
+            let curve = match fresnel {
+                Fresnel::Constant => SchlickCurve::constant(color(c)),
+                Fresnel::Schlick | Fresnel::Exact => SchlickCurve::metal(color(c)),
+            };
+            Conductor::bsdf(curve, alpha(unit(roughness)), *multiscatter)
+        }
+        Surface::Dielectric { ior, fresnel, roughness, tint } => {
+            let fresnel = match fresnel {
+                Fresnel::Schlick => DielectricFresnel::Schlick,
+                Fresnel::Exact | Fresnel::Constant => DielectricFresnel::Exact,
+            };
+            let boundary = Dielectric { ior: *ior, fresnel, tint: color(tint) };
+            RoughDielectric::bsdf(boundary, alpha(unit(roughness)), true)
+        }
+        Surface::Pbr(pbr) => Pbr::bsdf(
+            color(&pbr.base_color),
+            unit(&pbr.metallic),
+            alpha(unit(&pbr.roughness)),
+            SchlickCurve::dielectric(pbr.ior),
+            pbr.multiscatter,
+        ),
+        Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
+    };
+    let oriented = !matches!(material.surface, Surface::Dielectric { .. });
+    let map = material.normal.map(|map| {
+        let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
+        Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
+    });
+    (bsdf, shading_frame(point, map, wo, oriented))
+}
+
+/// Perceptual roughness to the width of the microfacet distribution (glTF 2.0, B.3.1).
+fn alpha(roughness: f32) -> f32 {
+    roughness * roughness
+}

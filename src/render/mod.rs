@@ -1,5 +1,123 @@
-//! Passes over tiles, threads, stopping rules.
+//! From a function of (pixel, sample index) to a film: passes, tiles, threads, and when to stop.
+//!
+//! A picture is made in passes over all pixels that still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
+//! each), so that there is something to show at once and little is lost when something stops. Each pass hands tiles
+//! of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their
+//! index. Between passes the film's state alone decides which pixels go on (`stop.rs`). So the film is the same to the
+//! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
+//! holds its first n samples, whatever n it got to.
 
+mod monitor;
+mod pass;
 mod settings;
+mod stop;
 
-pub use settings::{Bounces, FilterKind, PixelFilter, Settings};
+use std::{
+    collections::TryReserveError,
+    time::{Duration, Instant},
+};
+
+use glam::Vec3;
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+
+pub use monitor::Monitor;
+pub use settings::{
+    Bounces, FilterKind, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS, PixelFilter, Settings,
+};
+
+use crate::{
+    compile::Scene,
+    film::Film,
+    integrator::{RayCounts, sample_pixel},
+};
+use stop::Plan;
+
+/// Deep enough for tree building and scene loading, which recurse; rendering itself hardly does.
+const STACK_BYTES: usize = 8 << 20;
+
+/// Why rendering ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Every pixel has all samples asked for.
+    Finished,
+    /// Every pixel has all samples or is below the noise threshold.
+    NoiseReached,
+    TimeUp,
+    Cancelled,
+}
+
+/// What rendering made and what it took.
+#[derive(Debug)]
+pub struct Rendering {
+    pub film: Film,
+    pub outcome: Outcome,
+    pub rays: RayCounts,
+    pub duration: Duration,
+    /// Estimated relative error of the picture (see [`NoiseMap`](crate::film::NoiseMap)); `None` where some pixel
+    /// has fewer than two samples.
+    pub noise: Option<f32>,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("there is not enough memory for a film of {width} × {height} pixels")]
+    Memory { width: u32, height: u32, source: TryReserveError },
+    #[error("could not start the threads: {0}")]
+    Threads(#[from] ThreadPoolBuildError),
+}
+
+/// Renders `scene`. `monitor` shows how far it is, from any thread, and can cancel it.
+pub fn render(scene: &Scene, settings: &Settings, monitor: &Monitor) -> Result<Rendering, Error> {
+    render_samples(&|x, y, index, rays| sample_pixel(scene, x, y, index, rays), settings, monitor)
+}
+
+/// Renders what `sample` returns for (x, y, sample index), x and y being pixels of the whole picture even where only a
+/// crop of it is rendered.
+pub fn render_samples<S>(sample: &S, settings: &Settings, monitor: &Monitor) -> Result<Rendering, Error>
+where
+    S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
+{
+    let start = Instant::now();
+    let deadline = settings.time.and_then(|budget| start.checked_add(budget));
+    let [x, y, width, height] = settings.window();
+    let mut film = Film::new(width, height).map_err(|source| Error::Memory { width, height, source })?;
+    let mut rays = RayCounts::default();
+    let stop = || monitor.is_cancelled() || deadline.is_some_and(|end| Instant::now() >= end);
+
+    let (outcome, noise) = thread_pool(settings.threads)?.install(|| {
+        let mut batches = pass::batches();
+        loop {
+            let plan = Plan::of(&film, settings);
+            monitor.report(&plan);
+            let outcome = match plan.outcome() {
+                Some(outcome) => outcome,
+                None if monitor.is_cancelled() => Outcome::Cancelled,
+                None if stop() => Outcome::TimeUp,
+                None => {
+                    let pass = pass::Pass {
+                        origin: [x, y],
+                        plan: &plan,
+                        batch: batches.next().unwrap_or(1),
+                        samples: settings.samples,
+                    };
+                    pass::add(&mut rays, pass.run(&mut film, sample, &stop, monitor));
+                    continue;
+                }
+            };
+            return (outcome, plan.noise);
+        }
+    });
+    Ok(Rendering { film, outcome, rays, duration: start.elapsed(), noise })
+}
+
+/// The threads that all heavy work runs on. `None`: as many as the machine has.
+pub fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, ThreadPoolBuildError> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .stack_size(STACK_BYTES)
+        .thread_name(|i| format!("rayo {i}"))
+        .build()
+}
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,16 @@
 
 use std::time::Duration;
 
+/// Pixels along a side of a picture.
+pub const MAX_SIDE: u32 = 65_536;
+
+/// Pixels of a picture: 2²⁸, whose film takes 15 GB.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+pub const MAX_SAMPLES: u32 = 1 << 24;
+
+pub const MAX_THREADS: usize = 1024;
+
 /// The most scattering events a path may have, in all and by kind. 0 leaves direct light alone: light arriving at
 /// the first surface from emitters, without interreflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +55,58 @@ pub struct Settings {
     pub filter: PixelFilter,
 }
 
+impl Settings {
+    /// x, y, width and height of what is rendered: the crop (as much of it as lies in the picture) or the whole.
+    pub fn window(&self) -> [u32; 4] {
+        let [width, height] = self.size;
+        let [x, y, w, h] = self.crop.unwrap_or([0, 0, width, height]);
+        let (x, y) = (x.min(width), y.min(height));
+        [x, y, w.min(width - x), h.min(height - y)]
+    }
+
+    /// What is wrong with the settings as a whole, in words; empty where they can be rendered.
+    pub fn faults(&self) -> Vec<String> {
+        let [width, height] = self.size;
+        let mut faults = Vec::new();
+        let mut check = |bad: bool, fault: String| {
+            if bad {
+                faults.push(fault);
+            }
+        };
+        check(
+            !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height),
+            format!("the size is {width} × {height}, but each side must be from 1 to {MAX_SIDE} pixels"),
+        );
+        check(
+            u64::from(width) * u64::from(height) > MAX_PIXELS,
+            format!("the size is {width} × {height}, which is more than {MAX_PIXELS} pixels"),
+        );
+        check(
+            !(1..=MAX_SAMPLES).contains(&self.samples),
+            format!("the number of samples is {}, but must be from 1 to {MAX_SAMPLES}", self.samples),
+        );
+        check(
+            !(0.0..=1.0).contains(&self.noise),
+            format!("the noise threshold is {}, but must be from 0 (off) to 1", self.noise),
+        );
+        check(
+            self.threads.is_some_and(|n| !(1..=MAX_THREADS).contains(&n)),
+            format!("the number of threads must be from 1 to {MAX_THREADS}"),
+        );
+        if let Some([x, y, w, h]) = self.crop {
+            let end = |start: u32, len: u32| u64::from(start) + u64::from(len);
+            check(
+                w == 0 || h == 0 || end(x, w) > u64::from(width) || end(y, h) > u64::from(height),
+                format!(
+                    "the crop window {x},{y},{w},{h} (x, y, width, height) is empty or leaves the picture of \
+                     {width} × {height} pixels"
+                ),
+            );
+        }
+        faults
+    }
+}
+
 impl Bounces {
     /// `total` for every kind.
     pub fn uniform(total: u32) -> Self {
@@ -65,5 +127,29 @@ impl Default for Settings {
             bounces: Bounces::uniform(16),
             filter: PixelFilter { kind: FilterKind::BlackmanHarris, width: 3.3 },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_all_found() {
+        let good = Settings { crop: Some([1270, 710, 10, 10]), ..Settings::default() };
+        assert!(good.faults().is_empty());
+        assert_eq!(good.window(), [1270, 710, 10, 10]);
+        let bad = Settings {
+            size: [0, 70_000],
+            crop: Some([1, 1, u32::MAX, 0]),
+            samples: 0,
+            noise: f32::NAN,
+            threads: Some(0),
+            ..Settings::default()
+        };
+        assert_eq!(bad.faults().len(), 5, "{:?}", bad.faults());
+        assert_eq!(bad.window(), [0, 1, 0, 0]);
+        let huge = Settings { size: [MAX_SIDE, MAX_SIDE], ..Settings::default() };
+        assert_eq!(huge.faults().len(), 1);
     }
 }

@@ -1,12 +1,302 @@
-//! To come.
+//! glTF 2.0 (.gltf and .glb) into a [`Model`].
+//!
+//! | file | concern |
+//! |---|---|
+//! | [`container`] | GLB chunks, or plain JSON |
+//! | [`document`] | JSON to typed sections; [`extensions`]: which are read |
+//! | [`check`] | every index, and the hierarchy of nodes |
+//! | [`uri`], [`buffers`], [`accessor`] | bytes: where they come from, and typed reading of them |
+//! | [`nodes`] | the scene flattened |
+//! | [`textures`], [`material`] | images and what uses them |
+//! | [`mesh`], [`topology`] | primitives to triangles |
+//! | [`punctual`] | cameras and lights |
+//! | [`report`] | errors, warnings and counts |
+//!
+//! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
+//! if nothing was. A file that the specification allows is read; what cannot be shown yet is named in a warning.
+//!
+//! Not yet: skins and animations (the bind pose is shown), points and lines, compressed meshes.
 
-use std::path::Path;
+mod accessor;
+mod buffers;
+mod check;
+mod container;
+mod document;
+mod extensions;
+mod material;
+mod mesh;
+mod nodes;
+mod punctual;
+mod report;
+#[cfg(test)]
+mod tests;
+mod textures;
+mod topology;
+mod uri;
 
-use crate::{
-    diagnostic::{Diagnostic, Place},
-    world::Model,
+use std::{
+    collections::{BTreeMap, BTreeSet, HashMap},
+    fs::File,
+    io::Read,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
 };
 
+use glam::DAffine3;
+use gltf::json::{mesh::Mode, validation::Checked};
+use rayon::prelude::*;
+
+use self::{
+    accessor::Source,
+    nodes::Placed,
+    report::{Counted, Problem, Report},
+    textures::Textures,
+    topology::Topology,
+};
+use crate::{
+    diagnostic::{Diagnostic, Place},
+    world::{Instance, Material, MaterialId, MeshId, Model, Surface},
+};
+
+/// Bytes of a .glb or .gltf file (a GLB cannot be longer).
+const MAX_FILE_BYTES: u64 = u32::MAX as u64;
+/// Triangles of all meshes of a file, each counted once.
+const MAX_TRIANGLES: usize = 1 << 27;
+/// Instances of a file: nodes times primitives of their meshes.
+const MAX_INSTANCES: usize = 1 << 22;
+/// Characters of a name; each instance has its own copy.
+const MAX_NAME: usize = 200;
+
+/// Loads the asset at `path`: a model with its warnings, or all that is wrong with it.
 pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
-    Err(vec![Diagnostic::error(path, Place::File, "this kind of file cannot be read yet")])
+    let bytes = read(path).map_err(|message| vec![Diagnostic::error(path, Place::File, message)])?;
+    // Nothing below is known to panic; a file that finds a way must not take the program with it.
+    catch_unwind(AssertUnwindSafe(|| import(&bytes, path))).unwrap_or_else(|_| {
+        let message = "the importer failed on this file";
+        Err(vec![
+            Diagnostic::error(path, Place::File, message).help("please report it, with the file, as a bug"),
+        ])
+    })
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let cannot = |e: std::io::Error| format!("cannot be read: {e}");
+    let metadata = std::fs::metadata(path).map_err(cannot)?;
+    if !metadata.is_file() {
+        return Err("is not a file".into());
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return Err(format!("is larger than {MAX_FILE_BYTES} bytes"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path).map_err(cannot)?.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.is_empty() { Err("is empty".into()) } else { Ok(bytes) }
+}
+
+/// Imports `bytes` as if read from `path`, beside which its other files are.
+fn import(bytes: &[u8], path: &Path) -> Result<Model, Vec<Diagnostic>> {
+    let mut report = Report::new(path);
+    let model = build(bytes, path.parent().unwrap_or(Path::new("")), &mut report);
+    let warnings = report.finish()?;
+    Ok(Model { warnings, ..model.unwrap_or_default() })
+}
+
+fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
+    let container = container::split(bytes, report)?;
+    let document = document::parse(container.json, report)?;
+    check::references(&document, report);
+    report.checkpoint()?;
+    let buffers = buffers::load(&document, &container, folder, report);
+    report.checkpoint()?;
+    let source = Source { document: &document, buffers: &buffers };
+    accessor::check(&source, report);
+    report.checkpoint()?;
+
+    let placed = nodes::flatten(&document, report);
+    let shapes = shapes(&source, &placed, report)?;
+    let (materials, ids, textures) = materials(&source, &shapes, folder, report)?;
+    let mut model =
+        Model { materials, images: textures.images, textures: textures.textures, ..Model::default() };
+    meshes(&source, &placed, &shapes, &ids, &mut model, report)?;
+    cameras_and_lights(&source, &placed, &mut model, report);
+    if document.animations > 0 {
+        report
+            .warn(Problem::new("/animations", "animations are not played; the file's resting pose is shown"));
+    }
+    report.checkpoint().map(|()| model)
+}
+
+/// A primitive of triangles at a node (an index into the placed nodes).
+struct Shape {
+    placed: usize,
+    mesh: usize,
+    primitive: usize,
+    topology: Topology,
+    material: Option<usize>,
+}
+
+/// Every primitive that is shown, with those that are not counted.
+fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec<Shape>> {
+    let mut shapes = Vec::new();
+    let mut met = BTreeSet::new();
+    for (p, node) in placed.iter().enumerate().filter(|(_, node)| node.visible) {
+        let Some(json) = source.document.nodes.get(node.node) else { continue };
+        let Some(mesh) = json.mesh.map(|m| m.value()) else { continue };
+        let pointer = format!("/nodes/{}", node.node);
+        if to_single(&node.to_world).is_none() {
+            report.tally.add(Counted::SingularNodes, 1, &pointer);
+            continue;
+        }
+        report.tally.add(Counted::SkinnedNodes, json.skin.is_some().into(), &pointer);
+        let first_time = met.insert(mesh);
+        let primitives = source.document.meshes.get(mesh).map_or(&[][..], |m| &m.primitives);
+        for (i, primitive) in primitives.iter().enumerate() {
+            let Checked::Valid(mode) = primitive.mode else { continue };
+            let material = primitive.material.map(|m| m.value());
+            match Topology::of(mode) {
+                Some(_) if !mesh::has_data(source, primitive) => {
+                    report.tally.add(Counted::NoData, 1, &format!("/meshes/{mesh}/primitives/{i}"));
+                }
+                Some(topology) => shapes.push(Shape { placed: p, mesh, primitive: i, topology, material }),
+                None if first_time => {
+                    let what = if mode == Mode::Points { Counted::Points } else { Counted::Lines };
+                    report.tally.add(what, 1, &format!("/meshes/{mesh}/primitives/{i}"));
+                }
+                None => {}
+            }
+        }
+        if shapes.len() > MAX_INSTANCES {
+            report.error(Problem::new("/nodes", format!("more than {MAX_INSTANCES} instances are not read")));
+            return None;
+        }
+    }
+    Some(shapes)
+}
+
+type Materials = (Vec<Material>, BTreeMap<Option<usize>, MaterialId>, Textures);
+
+fn materials(source: &Source, shapes: &[Shape], folder: &Path, report: &mut Report) -> Option<Materials> {
+    let document = source.document;
+    let used: BTreeSet<Option<usize>> = shapes.iter().map(|s| s.material).collect();
+    let jsons = used.iter().flatten().filter_map(|&i| document.materials.get(i));
+    let needed = jsons.flat_map(material::slots).filter(|(name, _)| *name != material::UNUSED_SLOT);
+    let needed: BTreeSet<usize> = needed.map(|(_, texture)| texture).collect();
+    let mut textures = Textures::load(source, &needed, folder, report);
+    let (materials, ids) = material::convert_all(document, used, &mut textures, report);
+    report.checkpoint().map(|()| (materials, ids, textures))
+}
+
+/// Builds each distinct mesh once, in parallel, and places the instances.
+fn meshes(
+    source: &Source,
+    placed: &[Placed],
+    shapes: &[Shape],
+    ids: &BTreeMap<Option<usize>, MaterialId>,
+    model: &mut Model,
+    report: &mut Report,
+) -> Option<()> {
+    let mut known: HashMap<mesh::Key, MeshId> = HashMap::new();
+    let mut jobs = Vec::new();
+    let mut triangles = 0usize;
+    for shape in shapes {
+        let Some(node) = placed.get(shape.placed) else { continue };
+        let Some(json_node) = source.document.nodes.get(node.node) else { continue };
+        let Some(json_mesh) = source.document.meshes.get(shape.mesh) else { continue };
+        let Some(primitive) = json_mesh.primitives.get(shape.primitive) else { continue };
+        let Some(&material) = ids.get(&shape.material) else { continue };
+        let pointer = format!("/meshes/{}/primitives/{}", shape.mesh, shape.primitive);
+        let weights = json_node.weights.as_ref().or(json_mesh.weights.as_ref()).map_or(&[][..], |w| w);
+        let used = model.materials.get(material.index());
+        let tangent_set = used.and_then(|m| m.normal).map(|n| n.texture.uv_set);
+        let key = match mesh::key(primitive, shape.topology, weights, tangent_set, &pointer) {
+            Ok(key) => key,
+            Err(problem) => {
+                report.error(problem);
+                continue;
+            }
+        };
+        let mesh = *known.entry(key).or_insert_with_key(|key| {
+            triangles = triangles.saturating_add(key.triangle_count(source));
+            let lacks = used.is_some_and(|m| uv_sets(m).any(|set| !key.has_uvs(set)));
+            report.tally.add(Counted::MissingUvs, lacks.into(), &pointer);
+            let name = json_mesh.name.as_deref().map_or_else(|| format!("mesh {}", shape.mesh), clipped);
+            jobs.push((key.clone(), name, pointer));
+            MeshId((jobs.len() - 1) as u32)
+        });
+        let name = json_node.name.as_deref().or(json_mesh.name.as_deref());
+        let name = name.map_or_else(|| format!("node {}", node.node), clipped);
+        // Shapes of singular nodes have been left out before.
+        let Some(to_world) = to_single(&node.to_world) else { continue };
+        model.instances.push(Instance { name, mesh, to_world, materials: vec![material] });
+    }
+    if triangles > MAX_TRIANGLES {
+        let message =
+            format!("{triangles} triangles in one file are more than the {MAX_TRIANGLES} that are read");
+        report.error(Problem::new("/meshes", message));
+    }
+    report.checkpoint()?;
+    let built: Vec<_> =
+        jobs.into_par_iter().map(|(key, name, pointer)| mesh::build(source, &key, name, &pointer)).collect();
+    for result in built {
+        match result {
+            Ok((mesh, tally)) => {
+                report.tally.merge(&tally);
+                model.meshes.push(mesh);
+            }
+            Err(problem) => report.error(problem),
+        }
+    }
+    report.checkpoint()
+}
+
+/// UV sets that a material's textures look up.
+fn uv_sets(material: &Material) -> impl Iterator<Item = u8> {
+    let surface = match material.surface {
+        Surface::Pbr(pbr) => [pbr.base_color.texture, pbr.roughness.texture.map(|(t, _)| t)],
+        Surface::Unlit { color } => [color.texture, None],
+        _ => [None, None],
+    };
+    let emission = material.emission.and_then(|e| e.color.texture);
+    let normal = material.normal.map(|n| n.texture);
+    surface.into_iter().chain([emission, normal]).flatten().map(|t| t.uv_set)
+}
+
+fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, report: &mut Report) {
+    let document = source.document;
+    for node in placed {
+        let Some(json_node) = document.nodes.get(node.node) else { continue };
+        if let Some((i, json)) =
+            json_node.camera.and_then(|c| Some((c.value(), document.cameras.get(c.value())?)))
+        {
+            let name = json.name.as_deref().or(json_node.name.as_deref());
+            let name = name.map_or_else(|| format!("camera {i}"), clipped);
+            match punctual::camera(json, name, &node.to_world) {
+                Ok(camera) => model.cameras.push(camera),
+                Err(message) => {
+                    report.warn(Problem::new(format!("/cameras/{i}"), format!("{message}; it is left out")))
+                }
+            }
+        }
+        let light = nodes::light_index(json_node).filter(|_| node.visible);
+        if let Some((i, json)) = light.and_then(|i| Some((i, document.lights.get(i)?))) {
+            match punctual::light(json, &node.to_world) {
+                Ok(light) => model.lights.push(light),
+                Err(message) => {
+                    let pointer = format!("/extensions/KHR_lights_punctual/lights/{i}");
+                    report.warn(Problem::new(pointer, format!("{message}; it is left out")));
+                }
+            }
+        }
+    }
+}
+
+/// In f32, if it is invertible there.
+fn to_single(to_world: &DAffine3) -> Option<glam::Affine3A> {
+    let single = to_world.as_affine3a();
+    (single.is_finite() && single.inverse().is_finite()).then_some(single)
+}
+
+/// A name as the model keeps it.
+fn clipped(name: &str) -> String {
+    name.chars().take(MAX_NAME).collect()
 }

@@ -1,12 +1,223 @@
-//! To come.
+//! Wavefront OBJ with its material libraries (MTL) into a [`Model`]: one mesh and instance for each object (`o`), with
+//! a slot for each of its materials.
+//!
+//! [`text`] makes statements of bytes, [`clean`] rewrites them so that `tobj` reads them without a choice of its own,
+//! [`mesh`] makes triangles of what it returns ([`polygon`]) and supplies normals; [`mtl`] reads material libraries,
+//! [`material`] says what they mean, [`locate`] finds the files they name.
+//!
+//! Units and axes are the file's: OBJ says neither, and most programs write metres with +Y up. Lines, points and
+//! free-form surfaces are passed over with a warning; so are a missing library or texture, and faces with a corner
+//! that is not finite. What cannot be read at all, or refers to what is not there, is an error with its line.
 
-use std::path::Path;
+mod clean;
+mod locate;
+mod material;
+mod mesh;
+mod mtl;
+mod polygon;
+mod text;
 
-use crate::{
-    diagnostic::{Diagnostic, Place},
-    world::Model,
+use std::{
+    collections::HashMap,
+    fs::File,
+    io::Read,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
 };
 
+use glam::Affine3A;
+
+use self::{clean::Clean, material::Converter, mtl::Mtl};
+use crate::{
+    diagnostic::{Diagnostic, Place},
+    world::{Instance, MaterialId, MeshId, Model},
+};
+
+/// Larger files are refused: in memory they take several times their size.
+const MAX_OBJ_BYTES: u64 = 1 << 30;
+const MAX_MTL_BYTES: u64 = 1 << 26;
+
+/// Reads the OBJ file at `path` and the libraries and images that it names.
 pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
-    Err(vec![Diagnostic::error(path, Place::File, "this kind of file cannot be read yet")])
+    // The last line: nothing below is known to panic, but `tobj` and `earcut` are not ours.
+    catch_unwind(AssertUnwindSafe(|| read(path))).unwrap_or_else(|_| Err(vec![broke_down(path)]))
 }
+
+fn broke_down(path: &Path) -> Diagnostic {
+    Diagnostic::error(path, Place::File, "the OBJ reader broke down on this file")
+        .help("this is a fault of the program, not of the file: please report it")
+}
+
+fn read(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+    let text = read_text(path, MAX_OBJ_BYTES).map_err(|why| {
+        vec![Diagnostic::error(path, Place::File, format!("cannot read this OBJ file: {why}"))]
+    })?;
+    let mut clean = clean::clean(&text, path)?;
+    drop(text);
+    let mut model = Model { warnings: std::mem::take(&mut clean.warnings), ..Model::default() };
+    let instances = add_meshes(&clean, path, &mut model)?;
+    add_materials(&clean, path, &mut model, instances);
+    Ok(model)
+}
+
+fn read_text(path: &Path, limit: u64) -> Result<String, String> {
+    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if !metadata.is_file() {
+        return Err("it is no file".into());
+    }
+    let mut bytes = Vec::new();
+    // One byte more than is allowed: a file may grow after it was measured.
+    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
+    match read.map_err(|e| e.to_string())? as u64 {
+        0 => Err("it is empty".into()),
+        size if size > limit => Err(format!("it is larger than {} MiB", limit >> 20)),
+        _ => text::decode(bytes).map_err(Into::into),
+    }
+}
+
+/// Adds the meshes, and returns for each its name and the OBJ materials of its slots.
+fn add_meshes(
+    clean: &Clean,
+    path: &Path,
+    model: &mut Model,
+) -> Result<Vec<(String, Vec<Option<u32>>)>, Vec<Diagnostic>> {
+    let options = tobj::LoadOptions { triangulate: false, single_index: false, ..Default::default() };
+    let no_materials = |_: &Path| Err(tobj::LoadError::GenericFailure);
+    let (objects, _) = tobj::load_obj_buf(&mut clean.reader(), &options, no_materials)
+        .map_err(|e| vec![Diagnostic::error(path, Place::File, format!("cannot read this OBJ file: {e}"))])?;
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut faces = clean.faces.as_slice();
+    let (mut left_out, mut without_slot) = (0, 0);
+    let mut named = Vec::new();
+    for (object, name) in objects.iter().zip(&clean.objects) {
+        let arities = object.mesh.face_arities.len();
+        let count = if arities == 0 { object.mesh.indices.len() / 3 } else { arities };
+        let built = faces.split_at_checked(count).and_then(|(these, rest)| {
+            faces = rest;
+            mesh::build(&object.mesh, these)
+        });
+        let Some(mut built) = built else { return Err(vec![broke_down(path)]) };
+        left_out += built.left_out;
+        without_slot += built.without_slot;
+        if !built.mesh.triangles.is_empty() {
+            let name = if name.is_empty() { &stem } else { name };
+            built.mesh.name.clone_from(name);
+            named.push((name.clone(), built.slots));
+            model.meshes.push(built.mesh);
+        }
+    }
+    let mut warn = |message| model.warnings.push(Diagnostic::warning(path, Place::File, message));
+    if left_out > 0 {
+        warn(format!("{left_out} faces left out: they have a corner that is infinite or not a number"));
+    }
+    if without_slot > 0 {
+        warn(format!("{without_slot} triangles have the wrong material: an object may have 65536 at most"));
+    }
+    if model.meshes.is_empty() {
+        let message = "there is nothing to render: no face has finite corners";
+        return Err(vec![Diagnostic::error(path, Place::File, message)]);
+    }
+    Ok(named)
+}
+
+/// Adds the materials that are used, and the instances.
+fn add_materials(clean: &Clean, path: &Path, model: &mut Model, instances: Vec<(String, Vec<Option<u32>>)>) {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let libraries = read_libraries(clean, path, model);
+    let mut ids: HashMap<Option<u32>, MaterialId> = HashMap::new();
+    let colored = model.meshes.iter().any(|mesh| !mesh.colors.is_empty());
+    let mut converter = Converter::new(folder, model);
+    let mut unknown = Vec::new();
+    for (index, (name, slots)) in instances.into_iter().enumerate() {
+        let mut materials = Vec::with_capacity(slots.len());
+        for slot in slots {
+            materials.push(*ids.entry(slot).or_insert_with(|| {
+                let name = slot.and_then(|i| clean.materials.get(i as usize));
+                let found = name.and_then(|name| {
+                    libraries.iter().find_map(|(file, all)| Some((file, mtl::find(all, name)?)))
+                });
+                let mut material = match found {
+                    Some((file, mtl)) => converter.material(mtl, file),
+                    None => material::default(colored),
+                };
+                if let Some(name) = name {
+                    // The name that the OBJ file calls it by, which a scene file may use to replace it.
+                    material.name.clone_from(name);
+                    if found.is_none() {
+                        unknown.push(name.as_str());
+                    }
+                }
+                converter.model.materials.push(material);
+                MaterialId(converter.model.materials.len() as u32 - 1)
+            }));
+        }
+        let mesh = MeshId(index as u32);
+        converter.model.instances.push(Instance { name, mesh, to_world: Affine3A::IDENTITY, materials });
+    }
+    if let Some(first) = unknown.first() {
+        let more = match unknown.len() - 1 {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
+        let message =
+            format!("the material `{}`{more} stands in no library: grey instead", clean::shorten(first));
+        model.warnings.push(Diagnostic::warning(path, Place::File, message));
+    }
+}
+
+/// The libraries that are there, in the order in which they are searched. Where none is named, the one called as the
+/// OBJ file is.
+fn read_libraries(clean: &Clean, path: &Path, model: &mut Model) -> Vec<(PathBuf, Vec<Mtl>)> {
+    let folders = [path.parent().unwrap_or(Path::new(""))];
+    let mut files: Vec<PathBuf> = Vec::new();
+    let mut warnings = Vec::new();
+    for (line, named) in &clean.libraries {
+        let found = library_files(named, |name| locate::locate(&folders, name));
+        for (name, file) in found {
+            match file {
+                Some(file) if files.contains(&file) => {}
+                Some(file) => files.push(file),
+                None => {
+                    let message = format!("the material library `{}` was not found", clean::shorten(&name));
+                    let help = "put it beside the OBJ file, or correct the name after `mtllib`";
+                    warnings.push(Diagnostic::warning(path, Place::Line(*line), message).help(help));
+                }
+            }
+        }
+    }
+    if clean.libraries.is_empty() && !clean.materials.is_empty() {
+        files.extend(Some(path.with_extension("mtl")).filter(|file| file.is_file()));
+    }
+    let mut libraries = Vec::new();
+    for file in files {
+        match read_text(&file, MAX_MTL_BYTES) {
+            Ok(text) => {
+                let (materials, said) = mtl::parse(&text, &file);
+                warnings.extend(said);
+                libraries.push((file, materials));
+            }
+            Err(why) => {
+                let message = format!("cannot read this material library: {why}");
+                warnings.push(Diagnostic::warning(file, Place::File, message));
+            }
+        }
+    }
+    model.warnings.append(&mut warnings);
+    libraries
+}
+
+/// `named` is one name with spaces, or one and a comment, or several: the first reading that finds a file.
+fn library_files(named: &str, find: impl Fn(&str) -> Option<PathBuf>) -> Vec<(String, Option<PathBuf>)> {
+    let whole = named.trim_matches('"');
+    for name in [whole, text::name_without_comment(whole)] {
+        if let Some(file) = find(name) {
+            return vec![(name.to_owned(), Some(file))];
+        }
+    }
+    let name = text::name_without_comment(whole);
+    let several: Vec<_> = name.split_whitespace().map(|word| (word.to_owned(), find(word))).collect();
+    if several.iter().any(|(_, file)| file.is_some()) { several } else { vec![(name.to_owned(), None)] }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,214 @@
+//! Eight floats side by side: the one difference between the kernels. AVX2 where the processor has it, chosen at run
+//! time; elsewhere plain arrays, which the compiler turns into whatever the target has.
+//!
+//! Comparisons with NaN are false, and `min`, `max` give their second operand where either is NaN, in both.
+
+/// Number of lanes.
+pub const WIDTH: usize = 8;
+
+pub trait Lanes: Copy {
+    type Mask: Copy;
+
+    fn splat(x: f32) -> Self;
+    fn load(x: &[f32; WIDTH]) -> Self;
+    fn to_array(self) -> [f32; WIDTH];
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn div(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    /// self · factor − term, in one rounding or two. For conservative bounds only: what is hit must not depend on it.
+    fn mul_sub(self, factor: Self, term: Self) -> Self;
+    fn le(self, other: Self) -> Self::Mask;
+    fn lt(self, other: Self) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Lane i is bit i.
+    fn bits(mask: Self::Mask) -> u32;
+    /// Asks for the cache line of `address`, which need not be valid.
+    fn prefetch(address: *const u8);
+}
+
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+pub struct Portable([f32; WIDTH]);
+
+impl Portable {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    #[inline(always)]
+    fn compare(self, other: Self, f: impl Fn(f32, f32) -> bool) -> [bool; WIDTH] {
+        std::array::from_fn(|i| f(self.0[i], other.0[i]))
+    }
+}
+
+impl Lanes for Portable {
+    type Mask = [bool; WIDTH];
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; WIDTH])
+    }
+    #[inline(always)]
+    fn load(x: &[f32; WIDTH]) -> Self {
+        Self(*x)
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        self.0
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn mul_sub(self, factor: Self, term: Self) -> Self {
+        self.mul(factor).sub(term)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Self::Mask {
+        self.compare(other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Self::Mask {
+        self.compare(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        std::array::from_fn(|i| a[i] & b[i])
+    }
+    #[inline(always)]
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        std::array::from_fn(|i| a[i] | b[i])
+    }
+    #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        mask.iter().enumerate().fold(0, |bits, (i, &set)| bits | (set as u32) << i)
+    }
+    #[inline(always)]
+    fn prefetch(_: *const u8) {}
+}
+
+#[cfg(target_arch = "x86_64")]
+pub use avx2::Avx2;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::*;
+
+    use super::{Lanes, WIDTH};
+
+    /// Only to be used inside functions compiled with [`features!`], into which all of this is inlined.
+    #[derive(Clone, Copy)]
+    pub struct Avx2(__m256);
+
+    impl Avx2 {
+        /// Whether this processor has everything the kernel is compiled for.
+        pub fn available() -> bool {
+            is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("fma")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt")
+                && is_x86_feature_detected!("popcnt")
+        }
+    }
+
+    // SAFETY, for all of these: the instructions exist, since `Avx2` is named only by the kernel that runs when
+    // `Avx2::available` is true. Loads and stores go through references to arrays of the right size.
+    impl Lanes for Avx2 {
+        type Mask = __m256;
+
+        #[inline(always)]
+        fn splat(x: f32) -> Self {
+            Self(unsafe { _mm256_set1_ps(x) })
+        }
+        #[inline(always)]
+        fn load(x: &[f32; WIDTH]) -> Self {
+            Self(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+        }
+        #[inline(always)]
+        fn to_array(self) -> [f32; WIDTH] {
+            let mut out = [0.0; WIDTH];
+            unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) };
+            out
+        }
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            Self(unsafe { _mm256_add_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self(unsafe { _mm256_sub_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self(unsafe { _mm256_mul_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            Self(unsafe { _mm256_div_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { _mm256_min_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { _mm256_max_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul_sub(self, factor: Self, term: Self) -> Self {
+            Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, term.0) })
+        }
+        #[inline(always)]
+        fn le(self, other: Self) -> Self::Mask {
+            unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) }
+        }
+        #[inline(always)]
+        fn lt(self, other: Self) -> Self::Mask {
+            unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) }
+        }
+        #[inline(always)]
+        fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+            unsafe { _mm256_and_ps(a, b) }
+        }
+        #[inline(always)]
+        fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+            unsafe { _mm256_or_ps(a, b) }
+        }
+        #[inline(always)]
+        fn bits(mask: Self::Mask) -> u32 {
+            unsafe { _mm256_movemask_ps(mask) as u32 }
+        }
+        #[inline(always)]
+        fn prefetch(address: *const u8) {
+            // SAFETY: a prefetch of any address is harmless.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) }
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Reflectance by angle.
+//!
+//! **Dielectrics** (η = ηₜ/ηᵢ, index on the far side over index on the near side): either the equations of Fresnel
+//! for unpolarised light, or Schlick's approximation (1994)
+//!
+//! ```text
+//! R(θ) = R₀ + (1 − R₀)(1 − cos θ)⁵,   R₀ = ((n₁ − n₂) / (n₁ + n₂))²
+//! ```
+//!
+//! with θ the angle on the thinner side: the incident one going in, the refracted one coming out, so that R reaches 1
+//! where total internal reflection begins and light takes the same share both ways.
+//!
+//! **Everything else**: Schlick's curve between two colours, F(θ) = f₀ + (f₉₀ − f₀)(1 − cos θ)⁵; its average over
+//! the hemisphere by the cosine is f₀ + (f₉₀ − f₀)/21. A plain tint is the curve with f₀ = f₉₀.
+
+use glam::Vec3;
+
+/// (1 − cos θ)⁵
+pub fn schlick_weight(cos: f32) -> f32 {
+    let m = (1.0 - cos).clamp(0.0, 1.0);
+    (m * m) * (m * m) * m
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SchlickCurve {
+    /// Reflectance at normal incidence.
+    pub f0: Vec3,
+    /// Reflectance at grazing incidence.
+    pub f90: Vec3,
+}
+
+impl SchlickCurve {
+    pub fn metal(color: Vec3) -> Self {
+        Self { f0: color, f90: Vec3::ONE }
+    }
+
+    pub fn constant(color: Vec3) -> Self {
+        Self { f0: color, f90: color }
+    }
+
+    /// A boundary with air, as glTF has it (KHR_materials_ior). There is none where the index is 1.
+    pub fn dielectric(ior: f32) -> Self {
+        let f90 = if ior == 1.0 { 0.0 } else { 1.0 };
+        Self { f0: Vec3::splat(normal_reflectance(ior)), f90: Vec3::splat(f90) }
+    }
+
+    pub fn at(&self, cos: f32) -> Vec3 {
+        self.f0 + (self.f90 - self.f0) * schlick_weight(cos)
+    }
+
+    /// Cosine-weighted average over the hemisphere.
+    pub fn average(&self) -> Vec3 {
+        self.f0 + (self.f90 - self.f0) / 21.0
+    }
+}
+
+/// R₀; the same from both sides.
+pub fn normal_reflectance(eta: f32) -> f32 {
+    let r = (eta - 1.0) / (eta + 1.0);
+    r * r
+}
+
+/// Which curve a dielectric boundary follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DielectricFresnel {
+    Exact,
+    Schlick,
+}
+
+impl DielectricFresnel {
+    /// Reflectance for light arriving at `cos_i` ≥ 0, and the cosine of the refracted ray, zero where reflection is total.
+    pub fn reflectance(self, cos_i: f32, eta: f32) -> (f32, f32) {
+        if eta == 1.0 {
+            return (0.0, cos_i); // no boundary
+        }
+        // sin² is formed as a product: near normal incidence 1 − cos² would lose its digits.
+        let sin2_i = ((1.0 - cos_i) * (1.0 + cos_i)).max(0.0);
+        let cos2_t = 1.0 - sin2_i / (eta * eta);
+        if cos2_t <= 0.0 {
+            return (1.0, 0.0);
+        }
+        let cos_t = cos2_t.sqrt();
+        let reflectance = match self {
+            Self::Exact => {
+                let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+                let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+                0.5 * (parallel * parallel + perpendicular * perpendicular)
+            }
+            Self::Schlick => {
+                let r0 = normal_reflectance(eta);
+                r0 + (1.0 - r0) * schlick_weight(if eta > 1.0 { cos_i } else { cos_t })
+            }
+        };
+        (reflectance, cos_t)
+    }
+}
+
+/// `wo` refracted at a boundary of unit normal `n` on its side (`cos_o` = wo·n > 0), `cos_t` from
+/// [`reflectance`](DielectricFresnel::reflectance). Snell's law: η sin θₜ = sin θₒ.
+pub fn refract(wo: Vec3, n: Vec3, cos_o: f32, cos_t: f32, eta: f32) -> Vec3 {
+    (n * (cos_o / eta - cos_t) - wo / eta).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DielectricFresnel::{Exact, Schlick};
+    use super::*;
+
+    fn at(fresnel: DielectricFresnel, degrees: f32, eta: f32) -> f32 {
+        fresnel.reflectance(degrees.to_radians().cos(), eta).0
+    }
+
+    #[test]
+    fn glass_reflects_four_percent_head_on() {
+        for fresnel in [Exact, Schlick] {
+            assert!((at(fresnel, 0.0, 1.5) - 0.04).abs() < 1e-6);
+            assert!((at(fresnel, 0.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
+            assert!((at(fresnel, 90.0, 1.5) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn known_values_at_an_angle() {
+        // At Brewster's angle, atan 1.5, half of the unpolarised light is not reflected at all:
+        // R = ½ ((1 − η²) / (1 + η²))² = ½ (1.25 / 3.25)²
+        assert!((at(Exact, 56.309_93, 1.5) - 0.073_965).abs() < 1e-5);
+        // 0.04 + 0.96 × (1 − cos 60°)⁵ = 0.04 + 0.96 / 32
+        assert!((at(Schlick, 60.0, 1.5) - 0.07).abs() < 1e-6);
+    }
+
+    #[test]
+    fn light_takes_the_same_share_both_ways() {
+        for fresnel in [Exact, Schlick] {
+            for degrees in [0.0f32, 20.0, 50.0, 75.0, 89.0] {
+                let (entering, cos_t) = fresnel.reflectance(degrees.to_radians().cos(), 1.5);
+                let (leaving, _) = fresnel.reflectance(cos_t, 1.0 / 1.5);
+                assert!((entering - leaving).abs() < 1e-4, "{degrees}°: {entering} in, {leaving} out");
+            }
+        }
+    }
+
+    #[test]
+    fn average_is_the_cosine_weighted_integral() {
+        let curve = SchlickCurve::metal(Vec3::new(0.9, 0.5, 0.04));
+        let n = 10_000;
+        let integral = (0..n)
+            .map(|i| {
+                let mu = (i as f32 + 0.5) / n as f32;
+                2.0 * mu * curve.at(mu) / n as f32
+            })
+            .sum::<Vec3>();
+        assert!(integral.abs_diff_eq(curve.average(), 1e-5), "{integral}");
+    }
+}

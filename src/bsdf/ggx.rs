@@ -1,0 +1,72 @@
+//! GGX: the normals of a rough surface, their masking and shadowing, and how to draw a visible one.
+//!
+//! With s(w) = √(w_z² + α²(w_x² + w_y²)), Smith's Λ(w) = (s(w)/|w_z| − 1) / 2, and
+//!
+//! ```text
+//! D(h)       = α² / (π (h_x² + h_y² + α² h_z²)²)                       Walter et al. 2007, eq. 33
+//! G₁(w)      = 1 / (1 + Λ(w))         = 2|w_z| / (|w_z| + s(w))
+//! G₂(wo, wi) = 1 / (1 + Λ(wo) + Λ(wi)) = 2|wo_z wi_z| / (|wi_z| s(wo) + |wo_z| s(wi))    Heitz 2014, eq. 99
+//! ```
+//!
+//! written so that nothing cancels or divides by a cosine, for alpha as small as 1e-4 and directions at the
+//! horizon. Normals are drawn by their visible area as seen from `wo`: in the space where the surface is a
+//! hemisphere, mirrored directions are uniform on a spherical cap (Dupuy and Benyoub 2023).
+//!
+//! | parameter | unit | range |
+//! |---|---|---|
+//! | `alpha` | RMS-like slope; roughness² | (0, 1] |
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3};
+
+#[derive(Clone, Copy, Debug)]
+pub struct Ggx {
+    pub alpha: f32,
+}
+
+impl Ggx {
+    /// Density of normals over projected solid angle, sr⁻¹.
+    pub fn d(&self, h: Vec3) -> f32 {
+        let a2 = self.alpha * self.alpha;
+        let t = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
+        a2 / (PI * t * t)
+    }
+
+    /// s(w): |w_z| × (1 + 2Λ(w)).
+    fn s(&self, w: Vec3) -> f32 {
+        (w.z * w.z + self.alpha * self.alpha * (w.x * w.x + w.y * w.y)).sqrt()
+    }
+
+    /// G₂ / (4 |wo_z wi_z|), finite at the horizon.
+    pub fn g2_over_4_cos_cos(&self, wo: Vec3, wi: Vec3) -> f32 {
+        0.5 / (wi.z.abs() * self.s(wo) + wo.z.abs() * self.s(wi))
+    }
+
+    /// G₂(wo, wi) / G₁(wo): the weight of a mirrored sample where all is reflected.
+    pub fn g2_over_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let (cos_o, cos_i, s_o) = (wo.z.abs(), wi.z.abs(), self.s(wo));
+        cos_i * (cos_o + s_o) / (cos_i * s_o + cos_o * self.s(wi))
+    }
+
+    /// Draws a normal visible from `wo`, on whose side of the surface `wo.z` must be positive.
+    pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
+        // A point of the cap z > −w.z, plus w, is the normal; its z is formed as one product, never zero for u < 1.
+        let h_z = (1.0 - u.x) * (1.0 + w.z);
+        let z = h_z - w.z;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = (TAU * u.y).sin_cos();
+        Vec3::new(self.alpha * (r * cos + w.x), self.alpha * (r * sin + w.y), h_z).normalize()
+    }
+
+    /// Density of [`sample_normal`](Self::sample_normal), sr⁻¹: D(h) G₁(wo) (wo·h) / |wo_z|.
+    pub fn pdf_normal(&self, wo: Vec3, h: Vec3) -> f32 {
+        2.0 * self.d(h) * wo.dot(h).max(0.0) / (wo.z.abs() + self.s(wo))
+    }
+
+    /// Density, sr⁻¹, of the mirror image of `wo` about a drawn normal: the former over 4 (wo·h).
+    pub fn pdf_mirrored(&self, wo: Vec3, h: Vec3) -> f32 {
+        0.5 * self.d(h) / (wo.z.abs() + self.s(wo))
+    }
+}

@@ -1,0 +1,174 @@
+//! The flags of `rayo render` that override the scene: their syntax, and how they take effect.
+
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use crate::{
+    output::{self, View},
+    render::{self, Bounces, MAX_SAMPLES, MAX_THREADS},
+    scene::parse_duration,
+};
+
+/// Each overrides what the scene file says.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Overriding the scene")]
+pub struct Overrides {
+    /// Picture size in pixels, such as 1280x720
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+
+    /// Samples per pixel, at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    samples: Option<u32>,
+
+    /// A pixel stops when its estimated relative error is below this, such as 0.01; 0: never early
+    #[arg(long, value_name = "ERROR", value_parser = noise)]
+    noise: Option<f32>,
+
+    /// Time for rendering (loading not included), such as 90s, 5m or 1h30m
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time: Option<Duration>,
+
+    /// Scattering events per path, at most, whatever their kind; 0: direct light only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
+    bounces: Option<u32>,
+
+    /// Another number, another pattern of noise
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    seed: Option<u64>,
+
+    /// Render only this part: left, top, width and height in pixels of the whole picture
+    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    crop: Option<[u32; 4]>,
+
+    /// Threads; as many as the machine has where neither this nor the scene says
+    #[arg(long, value_name = "N", value_parser = threads)]
+    threads: Option<usize>,
+
+    /// Brighten by so many stops before the view (PNG only), such as 1.5 or -1
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
+    exposure: Option<f32>,
+
+    /// Curve from light to the numbers of a PNG
+    #[arg(long, value_enum)]
+    view: Option<ViewName>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ViewName {
+    /// The sRGB curve, for any screen
+    Srgb,
+    /// The square root (gamma 1/2)
+    Gamma2,
+    /// No curve
+    Raw,
+}
+
+impl Overrides {
+    pub fn apply(&self, render: &mut render::Settings, output: &mut output::Settings) {
+        set(&mut render.size, self.size);
+        set(&mut render.samples, self.samples);
+        set(&mut render.noise, self.noise);
+        set(&mut render.bounces, self.bounces.map(Bounces::uniform));
+        set(&mut render.seed, self.seed);
+        render.time = self.time.or(render.time);
+        render.crop = self.crop.or(render.crop);
+        render.threads = self.threads.or(render.threads);
+        set(&mut output.exposure, self.exposure);
+        let view = self.view.map(|view| match view {
+            ViewName::Srgb => View::Srgb,
+            ViewName::Gamma2 => View::Gamma2,
+            ViewName::Raw => View::Raw,
+        });
+        set(&mut output.view, view);
+    }
+
+    /// Pixels, width and height.
+    pub fn size(&self) -> Option<[u32; 2]> {
+        self.size
+    }
+
+    pub fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    /// Whether a flag was given that only display formats heed.
+    pub fn concerns_display(&self) -> bool {
+        self.view.is_some() || self.exposure.is_some()
+    }
+}
+
+fn set<T>(target: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *target = value;
+    }
+}
+
+fn numbers<const N: usize>(text: &str, separators: &[char]) -> Option<[u32; N]> {
+    let numbers: Option<Vec<u32>> = text.split(separators).map(|n| n.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
+fn size(text: &str) -> Result<[u32; 2], &'static str> {
+    numbers(text, &['x', 'X', '×']).ok_or("write width and height in pixels, such as 1280x720")
+}
+
+fn crop(text: &str) -> Result<[u32; 4], &'static str> {
+    numbers(text, &[',']).ok_or("write left, top, width and height in pixels, such as 100,50,640,360")
+}
+
+fn time(text: &str) -> Result<Duration, &'static str> {
+    parse_duration(text).filter(|time| !time.is_zero()).ok_or("write a time such as 90s, 5m or 1h30m")
+}
+
+fn noise(text: &str) -> Result<f32, &'static str> {
+    let noise = text.parse().ok().filter(|noise| (0.0..1.0).contains(noise));
+    noise.ok_or("write a number from 0 (never early) to below 1, such as 0.01")
+}
+
+fn exposure(text: &str) -> Result<f32, &'static str> {
+    let stops = text.parse().ok().filter(|stops| (-64.0..=64.0).contains(stops));
+    stops.ok_or("write a number of stops from -64 to 64, such as 1.5 or -1")
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
+    threads.ok_or_else(|| format!("write a number from 1 to {MAX_THREADS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_numbers() {
+        assert_eq!(size("1280x720"), Ok([1280, 720]));
+        assert_eq!(crop("1,2, 3,4"), Ok([1, 2, 3, 4]));
+        for bad in ["", "12", "12x", "1x2x3", "-1x2", "1.5x2", "99999999999x1"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert!(crop("1,2,3").is_err());
+    }
+
+    #[test]
+    fn numbers_out_of_range() {
+        assert!(["nan", "-0.1", "1", "inf", ""].iter().all(|text| noise(text).is_err()));
+        assert!(["nan", "65", "x"].iter().all(|text| exposure(text).is_err()));
+        assert!(["0", "-1", "2000", "two"].iter().all(|text| threads(text).is_err()));
+        assert!(["0s", "soon"].iter().all(|text| time(text).is_err()));
+        assert_eq!((noise("0.02"), exposure("-1.5"), threads("3")), (Ok(0.02), Ok(-1.5), Ok(3)));
+    }
+
+    #[test]
+    fn only_what_was_given_overrides() {
+        let mut render = render::Settings { time: Some(Duration::from_secs(1)), ..Default::default() };
+        let mut output = output::Settings::default();
+        Overrides::default().apply(&mut render, &mut output);
+        assert_eq!(render, render::Settings { time: Some(Duration::from_secs(1)), ..Default::default() });
+        let flags = Overrides { bounces: Some(2), crop: Some([1, 2, 3, 4]), ..Overrides::default() };
+        flags.apply(&mut render, &mut output);
+        assert_eq!((render.bounces, render.crop), (Bounces::uniform(2), Some([1, 2, 3, 4])));
+        assert_eq!(render.time, Some(Duration::from_secs(1)));
+    }
+}

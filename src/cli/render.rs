@@ -1,0 +1,225 @@
+//! `rayo render`: from a file to a picture.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
+
+use super::{
+    Failure,
+    flags::Overrides,
+    interrupt::Interrupt,
+    progress::{Progress, duration},
+    terminal::{has_color, say},
+};
+use crate::{
+    color::Picture,
+    compile::compile,
+    diagnostic::{self, Diagnostic},
+    film::SampleCounts,
+    import::{assemble, studio},
+    output::{self, Facts, Format, PICTURE_EXTENSIONS, Rays, Seconds, Stats},
+    render::{self, Outcome, Rendering},
+    scene,
+    world::World,
+};
+
+/// Render a scene file or a model
+///
+/// A scene file (.toml) says what is in the picture and how it is made; flags override it. A model (.glb, .gltf, .obj)
+/// is shown with its own camera or one that frames it, in a built-in studio.
+///
+/// Ctrl-C once finishes early and writes what there is; twice stops at once. Exit codes: 0 done, 1 interrupted or
+/// failed, 2 bad input.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Scene file (.toml) or model (.glb, .gltf, .obj)
+    file: PathBuf,
+
+    /// File to write: .png, .exr or .hdr; without it, what the scene says, or for a model its name with .png
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Write what rendering took (times, rays, memory) as JSON
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+
+    /// Say nothing unless something is wrong
+    #[arg(long, short)]
+    quiet: bool,
+
+    #[command(flatten)]
+    overrides: Overrides,
+}
+
+/// What is rendered, and how.
+struct Job {
+    world: World,
+    render: render::Settings,
+    output: output::Settings,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let interrupt = Interrupt::install();
+    let mut seconds = Seconds::default();
+
+    // What the flags say is checked before loading, which may take its time; what the scene says, after.
+    let picture = args.output.as_deref().map(|file| (file, PICTURE_EXTENSIONS));
+    let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
+    check_targets(picture.into_iter().chain(stats))?;
+    let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
+    let job = timed(&mut seconds.load, || threads(args.overrides.threads())?.install(|| load(args)))?;
+    check_job(args, &job)?;
+    if !args.quiet {
+        warn(&job, &args.overrides);
+    }
+    let Job { world, render: settings, output } = job;
+
+    let pool = threads(settings.threads)?;
+    let scene = timed(&mut seconds.build, || pool.install(|| compile(world, &settings)));
+    interrupt.rendering_starts();
+    let progress = Progress::start(&interrupt, &settings, args.quiet);
+    let rendering = render::render(&scene, &settings, interrupt.monitor()).map_err(failed)?;
+    drop(progress);
+    seconds.render = rendering.duration.as_secs_f64();
+
+    let counts = rendering.film.sample_counts();
+    if counts.max == 0 {
+        say("stopped before the first sample: nothing was written");
+        return Err(Failure::Interrupted);
+    }
+    let clamped = timed(&mut seconds.write, || {
+        pool.install(|| write_picture(&interrupt, &rendering, &counts, &settings, &output))
+    })?;
+    if !args.quiet {
+        summarize(&output.file, &rendering, &counts, clamped);
+    }
+    if let Some(file) = &args.stats {
+        let stats = Stats::new(&settings, &output, &scene.stats, &rendering, &counts, seconds);
+        interrupt.uninterrupted(|| output::write_file(file, stats.to_json().as_bytes())).map_err(failed)?;
+    }
+    match rendering.outcome {
+        Outcome::Cancelled => Err(Failure::Interrupted),
+        Outcome::Finished | Outcome::NoiseReached | Outcome::TimeUp => Ok(()),
+    }
+}
+
+/// Reads the input and applies the flags.
+fn load(args: &Args) -> Result<Job, Failure> {
+    let extension = args.file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let (world, mut render, mut output) = match extension.as_str() {
+        "toml" => scene::load(&args.file).and_then(assemble).map_err(|all| bad_input(&all))?,
+        "glb" | "gltf" | "obj" => {
+            let settings = render::Settings::default();
+            let size = args.overrides.size().unwrap_or(settings.size);
+            let world = studio::bare_asset(&args.file, size).map_err(|all| bad_input(&all))?;
+            // Beside whoever asked, not beside the model, which may lie in somebody's collection.
+            let name = args.file.file_name().map(PathBuf::from).unwrap_or_default();
+            let file = name.with_extension("png");
+            (world, settings, output::Settings { file, ..output::Settings::default() })
+        }
+        _ => {
+            let name = args.file.display();
+            return Err(Failure::BadInput(format!(
+                "error: cannot tell what {name} is: rayo renders scene files (.toml) and models (.glb, .gltf, .obj)"
+            )));
+        }
+    };
+    args.overrides.apply(&mut render, &mut output);
+    if let Some(file) = &args.output {
+        output.file = file.clone();
+    }
+    Ok(Job { world, render, output })
+}
+
+fn check_job(args: &Args, job: &Job) -> Result<(), Failure> {
+    let faults = job.render.faults();
+    if !faults.is_empty() {
+        return Err(Failure::BadInput(faults.iter().map(|fault| format!("error: {fault}\n")).collect()));
+    }
+    if args.output.is_none() {
+        check_targets([(job.output.file.as_path(), PICTURE_EXTENSIONS)])?;
+    }
+    Ok(())
+}
+
+fn check_targets<'a>(targets: impl IntoIterator<Item = (&'a Path, &'a [&'a str])>) -> Result<(), Failure> {
+    let problems: String = targets
+        .into_iter()
+        .filter_map(|(file, extensions)| output::check_writable(file, extensions).err())
+        .map(|problem| format!("error: {problem}\n"))
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(Failure::BadInput(problems)) }
+}
+
+fn write_picture(
+    interrupt: &Arc<Interrupt>,
+    rendering: &Rendering,
+    counts: &SampleCounts,
+    settings: &render::Settings,
+    output: &output::Settings,
+) -> Result<u64, Failure> {
+    let facts = Facts { samples_per_pixel: counts.mean as f32, noise: rendering.noise, seed: settings.seed };
+    let encoded = output::encode(&Picture::of(&rendering.film), output, &facts).map_err(failed)?;
+    interrupt.uninterrupted(|| output::write_file(&output.file, &encoded.bytes)).map_err(failed)?;
+    Ok(encoded.clamped)
+}
+
+/// What the loader set aside, and flags that have no effect.
+fn warn(job: &Job, overrides: &Overrides) {
+    let warnings = &job.world.model.warnings;
+    if !warnings.is_empty() {
+        say(diagnostic::render(warnings, has_color()).trim_end());
+    }
+    if overrides.concerns_display() && Format::of(&job.output.file).is_some_and(|format| !format.is_display())
+    {
+        say("warning: --view and --exposure have no effect here: .exr and .hdr stay scene-linear");
+    }
+}
+
+/// The closing line, and whatever else should be known about the picture.
+fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped: u64) {
+    let outcome = match rendering.outcome {
+        Outcome::Finished => "",
+        Outcome::NoiseReached => ", noise threshold reached",
+        Outcome::TimeUp => ", time is up",
+        Outcome::Cancelled => ", interrupted",
+    };
+    let seconds = duration(rendering.duration.as_secs_f64());
+    let speed = Rays::new(&rendering.rays, rendering.duration).mrays_per_second;
+    let samples = match counts.mean {
+        mean if mean < 10.0 && counts.min < counts.max => format!("{mean:.1}"),
+        mean => format!("{mean:.0}"),
+    };
+    let notes = [
+        (counts.dropped, "samples were not finite or negative, and were left out"),
+        (counts.empty, "pixels have no sample, and are black"),
+        (clamped, "numbers were too large for the file, and were clamped"),
+    ];
+    for (count, what) in notes.into_iter().filter(|(count, _)| *count > 0) {
+        say(format!("warning: {count} {what}"));
+    }
+    say(format!(
+        "wrote {}: {} × {}, {samples} samples per pixel, {seconds}, {speed:.2} Mrays/s{outcome}",
+        file.display(),
+        rendering.film.width(),
+        rendering.film.height(),
+    ));
+}
+
+fn bad_input(diagnostics: &[Diagnostic]) -> Failure {
+    Failure::BadInput(diagnostic::render(diagnostics, has_color()))
+}
+
+fn failed(error: impl std::fmt::Display) -> Failure {
+    Failure::Failed(format!("error: {error}"))
+}
+
+/// Runs `work` and notes how long it took.
+fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *seconds = start.elapsed().as_secs_f64();
+    result
+}

@@ -1,0 +1,198 @@
+//! The scene that the integrator sees: what a ray meets, and the material and light at that point.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3, Vec4};
+use serde::Serialize;
+
+use super::object::{Object, ObjectKind, Placement};
+use crate::{
+    accel::{Accel, Hit},
+    camera::{Camera, FilterTable},
+    geometry::{Ray, offset},
+    light::Lights,
+    material::{self, SurfacePoint},
+    render::Bounces,
+    texture::Textures,
+    world::{Material, Mesh, Surface},
+};
+
+/// Counts, sizes and times of what was built.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct SceneStats {
+    /// Of all meshes, each counted once however often it is placed.
+    pub triangles: u64,
+    pub meshes: u64,
+    pub instances: u64,
+    pub spheres: u64,
+    pub quads: u64,
+    pub lights: u64,
+    pub materials: u64,
+    pub textures: u64,
+    pub bvh_seconds: f64,
+    pub bvh_bytes: u64,
+    pub geometry_bytes: u64,
+    pub texture_bytes: u64,
+    /// Triangles without area or with non-finite corners.
+    pub triangles_set_aside: u64,
+}
+
+#[derive(Debug)]
+pub struct Scene {
+    pub accel: Accel,
+    pub objects: Vec<Object>,
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    pub textures: Textures,
+    pub lights: Lights,
+    pub camera: Camera,
+    pub filter: FilterTable,
+    pub seed: u64,
+    pub bounces: Bounces,
+    pub stats: SceneStats,
+}
+
+impl Scene {
+    pub fn material(&self, hit: &Hit) -> &Material {
+        let object = &self.objects[hit.object as usize];
+        let slot = match &object.kind {
+            ObjectKind::Instance { mesh, .. } => {
+                let slots = &self.meshes[mesh.index()].slots;
+                slots.get(hit.primitive as usize).map_or(0, |&slot| usize::from(slot))
+            }
+            _ => 0,
+        };
+        let id = object.materials.get(slot).unwrap_or(&object.materials[0]);
+        &self.materials[id.index()]
+    }
+
+    /// The light that a hit primitive is, if it is one.
+    pub fn emitter(&self, hit: &Hit) -> Option<u32> {
+        self.objects[hit.object as usize].emitter(hit.primitive)
+    }
+
+    /// UVs and vertex colour at a hit: what coverage and emission depend on.
+    pub fn uvs_and_color(&self, ray: &Ray, hit: &Hit) -> ([Vec2; 2], Vec4) {
+        let object = &self.objects[hit.object as usize];
+        match &object.kind {
+            ObjectKind::Instance { mesh, .. } => {
+                let mesh = &self.meshes[mesh.index()];
+                let (corners, b) = (mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v));
+                (mesh.uvs_at(corners, b), mesh.color_at(corners, b))
+            }
+            ObjectKind::Sphere { center, radius } => {
+                ([sphere_uv((ray.at(hit.t) - center) / *radius); 2], Vec4::ONE)
+            }
+            ObjectKind::Quad { .. } => ([Vec2::new(hit.u, 1.0 - hit.v); 2], Vec4::ONE),
+        }
+    }
+
+    /// The share of what is behind that a hit hides. Unlit surfaces are there for camera rays alone.
+    pub fn coverage(&self, ray: &Ray, hit: &Hit, from_camera: bool) -> f32 {
+        let material = self.material(hit);
+        if !from_camera && matches!(material.surface, Surface::Unlit { .. }) {
+            return 0.0;
+        }
+        let (uvs, color) = self.uvs_and_color(ray, hit);
+        material::coverage(material, &self.textures, &uvs, color)
+    }
+
+    /// Radiance that an emitting surface sends from a point with these coordinates, on its front or back.
+    pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], front: bool) -> Vec3 {
+        match &self.material(hit).emission {
+            Some(emission) => material::emission(emission, &self.textures, uvs, front),
+            None => Vec3::ZERO,
+        }
+    }
+
+    /// UVs of a point on a light that was chosen, not hit: `hit.u` and `hit.v` as a hit has them, but on a sphere,
+    /// where the normal says where the point is.
+    pub fn uvs_on_light(&self, hit: &Hit, normal: Vec3) -> [Vec2; 2] {
+        match &self.objects[hit.object as usize].kind {
+            ObjectKind::Instance { mesh, .. } => {
+                let mesh = &self.meshes[mesh.index()];
+                mesh.uvs_at(mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v))
+            }
+            ObjectKind::Sphere { .. } => [sphere_uv(normal); 2],
+            ObjectKind::Quad { .. } => [Vec2::new(hit.u, 1.0 - hit.v); 2],
+        }
+    }
+
+    /// Position, normals and texture coordinates of a hit.
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match &self.objects[hit.object as usize].kind {
+            ObjectKind::Instance { mesh, placement } => {
+                mesh_point(&self.meshes[mesh.index()], placement, hit)
+            }
+            ObjectKind::Sphere { center, radius } => {
+                let n = (ray.at(hit.t) - center).normalize_or(Vec3::Y);
+                let position = center + radius * n;
+                let error = offset::sphere_error(*center, *radius, position);
+                let east = Vec3::new(-n.z, 0.0, n.x).normalize_or_zero();
+                plain_point(position, error, n, east, sphere_uv(n))
+            }
+            ObjectKind::Quad { origin, u, v, .. } => {
+                let position = origin + hit.u * u + hit.v * v;
+                let error = offset::quad_error(*origin, *u, *v, hit.u, hit.v);
+                let ng = u.cross(*v).normalize_or(Vec3::Y);
+                plain_point(position, error, ng, u.normalize_or_zero(), Vec2::new(hit.u, 1.0 - hit.v))
+            }
+        }
+    }
+}
+
+/// An analytic surface: its geometric normal is its shading normal. `east` is the direction in which u grows; the
+/// bitangent points where v falls, up in the picture, as normal maps want it.
+fn plain_point(position: Vec3, error: Vec3, n: Vec3, east: Vec3, uv: Vec2) -> SurfacePoint {
+    SurfacePoint { position, error, ng: n, ns: n, tangent: east.extend(1.0), uvs: [uv; 2], color: Vec4::ONE }
+}
+
+fn mesh_point(mesh: &Mesh, placement: &Placement, hit: &Hit) -> SurfacePoint {
+    let corners = mesh.triangles[hit.primitive as usize];
+    let [i, j, k] = corners.map(|i| i as usize);
+    let [p0, p1, p2] = [i, j, k].map(|i| mesh.positions[i]);
+    let b = Vec2::new(hit.u, hit.v);
+    let b0 = 1.0 - b.x - b.y;
+    let local = b0 * p0 + b.x * p1 + b.y * p2;
+    let position = placement.to_world.transform_point3(local);
+    let error = offset::triangle_error([p0, p1, p2], b.x, b.y);
+    let error = offset::instance_error(&placement.to_world, &placement.to_object, local, error);
+    let ng = placement.normal((p1 - p0).cross(p2 - p0)).unwrap_or(Vec3::Y);
+    let ns = match &mesh.normals[..] {
+        [] => ng,
+        n => placement.normal(b0 * n[i] + b.x * n[j] + b.y * n[k]).unwrap_or(ng),
+    };
+    let ns = if ns.dot(ng) < 0.0 { -ns } else { ns };
+    let uvs = mesh.uvs_at(corners, b);
+    let tangent = match &mesh.tangents[..] {
+        [] => flat_tangent(mesh, corners, [p0, p1, p2]),
+        t => b0 * t[i] + b.x * t[j] + b.y * t[k],
+    };
+    let direction = placement.to_world.transform_vector3(tangent.truncate()).normalize_or_zero();
+    let tangent = direction.extend(placement.handedness * tangent.w.signum());
+    SurfacePoint { position, error, ng, ns, tangent, uvs, color: mesh.color_at(corners, b) }
+}
+
+/// ∂p/∂u of the triangle, and the sign that makes the bitangent point where v falls (up in the picture); zero where the
+/// UVs are degenerate.
+fn flat_tangent(mesh: &Mesh, corners: [u32; 3], [p0, p1, p2]: [Vec3; 3]) -> Vec4 {
+    let uvs = if mesh.uvs[0].is_empty() { &mesh.uvs[1] } else { &mesh.uvs[0] };
+    if uvs.is_empty() {
+        return Vec4::ZERO;
+    }
+    let [a, b, c] = corners.map(|i| uvs[i as usize]);
+    let (d1, d2) = (b - a, c - a);
+    let (e1, e2) = (p1 - p0, p2 - p0);
+    let determinant = d1.perp_dot(d2);
+    if determinant == 0.0 || !determinant.is_finite() {
+        return Vec4::ZERO;
+    }
+    let along_u = (d2.y * e1 - d1.y * e2) / determinant;
+    // u × (−v) turns with the normal where the UVs are laid out mirrored
+    along_u.normalize_or_zero().extend(-determinant.signum())
+}
+
+/// Where a sphere's outward normal lies on an equirectangular map.
+fn sphere_uv(n: Vec3) -> Vec2 {
+    Vec2::new(0.5 + n.z.atan2(n.x) / TAU, n.y.clamp(-1.0, 1.0).acos() / PI)
+}

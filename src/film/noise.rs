@@ -1,0 +1,127 @@
+//! How noisy the film still is, estimated from its own samples.
+//!
+//! The relative error of a pixel is the standard error of its luminance over that luminance:
+//!
+//! ```text
+//! ε = s(L) / max(L, f),    f = 0.1 · (mean over pixels of √L)²
+//! ```
+//!
+//! Below the floor f the error counts as absolute: black pixels would never settle otherwise, and what is darker
+//! than a tenth of the middle of the picture needs fewer digits to look the same. The floor scales with the light, and
+//! the mean of the roots makes a small sun or a black background move it little.
+//!
+//! The estimate for the picture is the root mean square of ε over its pixels, which is what the root of the relative
+//! mean square error against a converged picture would show. Samples are taken as independent; stratified ones converge
+//! faster, so the estimate errs on the safe side.
+
+use rayon::prelude::*;
+
+use super::{Film, Pixel};
+
+/// Below this share of the picture's middle brightness an error counts as absolute.
+const FLOOR: f64 = 0.1;
+
+/// The relative error of every pixel of a film at one moment.
+pub struct NoiseMap {
+    width: usize,
+    errors: Vec<f32>,
+    estimate: f64,
+}
+
+impl NoiseMap {
+    pub fn of(film: &Film) -> Self {
+        let width = film.width().max(1) as usize;
+        let pixels = film.pixels();
+        // Sums by row, then over rows in order: the same bits for any number of threads.
+        let mean = |sums: Vec<f64>| sums.iter().sum::<f64>() / pixels.len().max(1) as f64;
+        let root_of_row = |row: &[Pixel]| row.iter().map(|p| p.luminance().sqrt()).sum();
+        let mean_root = mean(pixels.par_chunks(width).map(root_of_row).collect());
+        let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
+        let mut errors = vec![0.0; pixels.len()];
+        let fill_row = |(errors, row): (&mut [f32], &[Pixel])| {
+            let mut squares = 0.0;
+            for (error, pixel) in errors.iter_mut().zip(row) {
+                let relative = pixel.luminance_error() / pixel.luminance().max(floor);
+                *error = relative as f32;
+                squares += relative * relative;
+            }
+            squares
+        };
+        let rows = errors.par_chunks_mut(width).zip(pixels.par_chunks(width));
+        let estimate = mean(rows.map(fill_row).collect()).sqrt();
+        Self { width, errors, estimate }
+    }
+
+    /// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.
+    pub fn estimate(&self) -> Option<f32> {
+        self.estimate.is_finite().then_some(self.estimate as f32)
+    }
+
+    /// The largest relative error of the pixel and its eight neighbours. A pixel's own estimate fools itself: one that
+    /// has not yet met the rare bright path believes that it has no noise. Nine pixels are fooled together far less
+    /// often, and their neighbour's surprise keeps all of them at work.
+    pub fn around(&self, x: usize, y: usize) -> f32 {
+        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
+        let height = self.errors.len() / self.width;
+        (y.saturating_sub(1)..(y + 2).min(height))
+            .flat_map(|row| &self.errors[row * self.width..][columns.clone()])
+            .fold(0.0, |worst: f32, &e| worst.max(e))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::stats::uniform;
+    use glam::Vec3;
+
+    fn noisy_film(n: u32, scale: f32) -> Film {
+        let mut film = Film::new(64, 64).expect("small");
+        for tile in film.tiles_mut(64) {
+            for (y, row) in (0..).zip(tile.rows) {
+                for (x, pixel) in (0..).zip(row) {
+                    (0..n).for_each(|i| pixel.add(Vec3::splat(scale * uniform(i, y * 64 + x))));
+                }
+            }
+        }
+        film
+    }
+
+    #[test]
+    fn estimate_is_the_root_of_the_relative_mean_square_error() {
+        for scale in [1e-6, 1.0, 1e6] {
+            let film = noisy_film(64, scale);
+            let truth = 0.5 * f64::from(scale);
+            let square_error: f64 = film.pixels().iter().map(|p| (p.luminance() / truth - 1.0).powi(2)).sum();
+            let actual = (square_error / (64.0 * 64.0)).sqrt();
+            let estimate = f64::from(NoiseMap::of(&film).estimate().expect("64 samples each"));
+            assert!((estimate / actual - 1.0).abs() < 0.05, "estimate {estimate}, actual {actual}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_claimed_before_two_samples() {
+        assert_eq!(NoiseMap::of(&noisy_film(1, 1.0)).estimate(), None);
+        assert_eq!(NoiseMap::of(&noisy_film(0, 1.0)).around(3, 3), f32::INFINITY);
+    }
+
+    #[test]
+    fn a_black_picture_has_no_noise() {
+        assert_eq!(NoiseMap::of(&noisy_film(16, 0.0)).estimate(), Some(0.0));
+    }
+
+    #[test]
+    fn neighbours_count() {
+        let mut film = Film::new(5, 4).expect("small");
+        for (i, pixel) in film.pixels.iter_mut().enumerate() {
+            pixel.add(Vec3::ONE);
+            pixel.add(Vec3::splat(if i == 6 { 2.0 } else { 1.0 })); // x = 1, y = 1
+        }
+        let map = NoiseMap::of(&film);
+        for y in 0..4 {
+            for x in 0..5 {
+                assert_eq!(map.around(x, y) > 0.0, x <= 2 && y <= 2, "{x}, {y}");
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The JSON of an asset as typed sections.
+//!
+//! The types are those of the `gltf` crate; its own loader is stricter than the specification in places and believes
+//! too much in others, so the text is first put right:
+//! - numbers that are integers but written `1.0` become integers, and integers too large for an index become floats (which
+//!   an index then refuses, where the crate would cut them to 32 bits);
+//! - `extras` and extensions that are not read are dropped, so that errors in them cannot matter;
+//! - a scene may have no `nodes`.
+//!
+//! Each element is then read by itself: one that is wrong is reported with its pointer, and the rest are still looked at.
+
+use std::collections::BTreeSet;
+
+use gltf::json;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::{
+    extensions,
+    report::{Problem, Report},
+};
+
+/// Keys whose integers may exceed 32 bits.
+const WIDE: [&str; 3] = ["byteLength", "byteOffset", "count"];
+const BOM: &[u8] = b"\xEF\xBB\xBF";
+
+#[derive(Default)]
+pub struct Document {
+    pub accessors: Vec<json::Accessor>,
+    pub buffers: Vec<json::Buffer>,
+    pub views: Vec<json::buffer::View>,
+    pub cameras: Vec<json::Camera>,
+    pub images: Vec<json::Image>,
+    pub lights: Vec<json::extensions::scene::khr_lights_punctual::Light>,
+    pub materials: Vec<json::Material>,
+    pub meshes: Vec<json::Mesh>,
+    pub nodes: Vec<json::Node>,
+    pub samplers: Vec<json::texture::Sampler>,
+    pub scenes: Vec<json::Scene>,
+    pub textures: Vec<json::Texture>,
+    /// The default scene, as the file gives it.
+    pub scene: Option<usize>,
+    /// Neither skins nor animations are read yet; there are so many.
+    pub skins: usize,
+    pub animations: usize,
+}
+
+/// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
+pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
+    let mut root = object(text, report)?;
+    version(&root, report)?;
+    let mut met = BTreeSet::new();
+    for value in root.values_mut() {
+        normalise(value, "", &mut met);
+    }
+    if let Some(Value::Object(found)) = root.get_mut("extensions") {
+        extensions::retain_supported(found, &mut met);
+    }
+    extensions::check(&root, &met, report);
+
+    let mut lights = match root.get_mut("extensions").and_then(|e| e.get_mut("KHR_lights_punctual")) {
+        Some(Value::Object(lights)) => std::mem::take(lights),
+        _ => Map::new(),
+    };
+    if let Some(Value::Array(scenes)) = root.get_mut("scenes") {
+        for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    let scene = match root.get("scene") {
+        None | Some(Value::Null) => None,
+        Some(value) => {
+            let index = value.as_u64().and_then(|i| usize::try_from(i).ok());
+            if index.is_none() {
+                report.error(Problem::new("/scene", "is not an index"));
+            }
+            index
+        }
+    };
+    let count = |key: &str| root.get(key).and_then(Value::as_array).map_or(0, Vec::len);
+    let (skins, animations) = (count("skins"), count("animations"));
+    let document = Document {
+        accessors: section(&mut root, "", "accessors", report),
+        buffers: section(&mut root, "", "buffers", report),
+        views: section(&mut root, "", "bufferViews", report),
+        cameras: section(&mut root, "", "cameras", report),
+        images: section(&mut root, "", "images", report),
+        lights: section(&mut lights, "/extensions/KHR_lights_punctual", "lights", report),
+        materials: section(&mut root, "", "materials", report),
+        meshes: section(&mut root, "", "meshes", report),
+        nodes: section(&mut root, "", "nodes", report),
+        samplers: section(&mut root, "", "samplers", report),
+        scenes: section(&mut root, "", "scenes", report),
+        textures: section(&mut root, "", "textures", report),
+        scene,
+        skins,
+        animations,
+    };
+    report.checkpoint().map(|()| document)
+}
+
+fn object(text: &[u8], report: &mut Report) -> Option<Map<String, Value>> {
+    let text = text.strip_prefix(BOM).unwrap_or(text);
+    // A GLB chunk is padded with spaces; some exporters pad with zeros.
+    let end = text.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
+    let text = text.get(..end).unwrap_or(text);
+    match serde_json::from_slice::<Value>(text) {
+        Ok(Value::Object(root)) => Some(root),
+        Ok(_) => {
+            report.error(Problem::new("", "is not a glTF file: its JSON is not an object"));
+            None
+        }
+        Err(e) if e.line() == 0 || text.iter().all(u8::is_ascii_whitespace) => {
+            report.error(Problem::new("", "is not a glTF file: it holds no JSON"));
+            None
+        }
+        Err(e) => {
+            report.error_at_line(e.line(), format!("is not a glTF file: its JSON is broken: {e}"));
+            None
+        }
+    }
+}
+
+/// Accepts 2.x, as section 3.2 of the specification asks of a loader, unless `minVersion` asks for more than 2.0.
+fn version(root: &Map<String, Value>, report: &mut Report) -> Option<()> {
+    let asset = root.get("asset");
+    let text = |key| asset.and_then(|a| a.get(key)).and_then(Value::as_str);
+    let Some(version) = text("version") else {
+        report.error(
+            Problem::new("/asset/version", "is missing: not a glTF 2.0 file")
+                .help("every glTF 2.0 file has \"asset\": { \"version\": \"2.0\" }"),
+        );
+        return None;
+    };
+    let problem = match (numbers(version), text("minVersion").map(numbers)) {
+        (None, _) => Problem::new("/asset/version", format!("{version:?} is not a version such as \"2.0\"")),
+        (Some((2, _)), None | Some(Some((2, 0)) | Some((0 | 1, _)))) => return Some(()),
+        (Some((2, _)), Some(_)) => Problem::new("/asset/minVersion", "asks for more than glTF 2.0"),
+        (Some(_), _) => {
+            Problem::new("/asset/version", format!("glTF {version} is not supported, only glTF 2.x"))
+        }
+    };
+    report.error(problem.help("export the asset as glTF 2.0"));
+    None
+}
+
+/// "2.0" as (2, 0).
+fn numbers(version: &str) -> Option<(u32, u32)> {
+    let (major, minor) = version.split_once('.')?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
+}
+
+/// Puts right what the typed reading would refuse or cut, below `value`. The depth of recursion is bounded by
+/// `serde_json`, which refuses more than 128 levels.
+fn normalise(value: &mut Value, key: &str, met: &mut BTreeSet<String>) {
+    match value {
+        Value::Number(number) => {
+            if let Some(whole) = number.as_f64().filter(|f| !number.is_u64() && is_index(*f)) {
+                *number = (whole as u64).into();
+            } else if number.as_u64().is_some_and(|u| u > u32::MAX.into())
+                && !WIDE.contains(&key)
+                && let Some(float) = number.as_f64().and_then(serde_json::Number::from_f64)
+            {
+                *number = float;
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(|item| normalise(item, key, met)),
+        Value::Object(members) => {
+            members.remove("extras");
+            if let Some(Value::Object(found)) = members.get_mut("extensions") {
+                extensions::retain_supported(found, met);
+            }
+            members.iter_mut().for_each(|(key, member)| normalise(member, key, met));
+        }
+        Value::Null | Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+/// Whether a float is an integer that 53 bits hold exactly.
+fn is_index(f: f64) -> bool {
+    (0.0..=9_007_199_254_740_991.0).contains(&f) && f.fract() == 0.0
+}
+
+fn section<T: DeserializeOwned>(
+    root: &mut Map<String, Value>,
+    parent: &str,
+    key: &str,
+    report: &mut Report,
+) -> Vec<T> {
+    let items = match root.remove(key) {
+        None | Some(Value::Null) => return Vec::new(),
+        Some(Value::Array(items)) => items,
+        Some(_) => {
+            report.error(Problem::new(format!("{parent}/{key}"), "is not an array"));
+            return Vec::new();
+        }
+    };
+    let read = |(i, item)| match serde_json::from_value(item) {
+        Ok(item) => Some(item),
+        Err(e) => {
+            report.error(Problem::new(format!("{parent}/{key}/{i}"), e.to_string()));
+            None
+        }
+    };
+    items.into_iter().enumerate().filter_map(read).collect()
+}

@@ -1,0 +1,222 @@
+//! Materials: metallic-roughness and unlit, their textures, alpha and emission.
+//!
+//! glTF 2.0, section 3.9 "Materials", with KHR_materials_unlit, KHR_materials_emissive_strength and KHR_materials_ior.
+//! Base colour and emissive textures are sRGB, all others linear. Occlusion is not used: a path tracer finds it itself.
+//! A primitive without material has the default one: white, fully metallic and rough.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use gltf::json::{
+    self,
+    extensions::texture::TextureTransform,
+    material::{AlphaMode, NormalTexture},
+    texture::Info,
+    validation::Checked,
+};
+
+use super::{
+    document::Document,
+    report::{Problem, Report},
+    textures::{Slot, Textures},
+};
+use crate::world::{
+    Alpha, ColorInput, ColorSpace, Emission, Material, MaterialId, NormalMap, Pbr, ScalarInput, Surface,
+    TextureRef,
+};
+
+const DEFAULT_IOR: f32 = 1.5;
+/// Stands for `ior` 0, by which KHR_materials_ior means a Fresnel term of 1 at every angle: F0 = 0.9996.
+const FULLY_REFLECTING_IOR: f32 = 1e4;
+
+/// Every texture slot of a material: its place in it, and the texture.
+pub fn slots(material: &json::Material) -> impl Iterator<Item = (&'static str, usize)> {
+    let pbr = &material.pbr_metallic_roughness;
+    let info = |info: &Option<Info>| info.as_ref().map(|i| i.index.value());
+    [
+        ("pbrMetallicRoughness/baseColorTexture", info(&pbr.base_color_texture)),
+        ("pbrMetallicRoughness/metallicRoughnessTexture", info(&pbr.metallic_roughness_texture)),
+        ("normalTexture", material.normal_texture.as_ref().map(|t| t.index.value())),
+        (UNUSED_SLOT, material.occlusion_texture.as_ref().map(|t| t.index.value())),
+        ("emissiveTexture", info(&material.emissive_texture)),
+    ]
+    .into_iter()
+    .filter_map(|(name, texture)| Some((name, texture?)))
+}
+
+/// The slot whose image need not be decoded.
+pub const UNUSED_SLOT: &str = "occlusionTexture";
+
+/// The materials that are used, in the order of the file; `None` is the default material and comes last.
+pub fn convert_all(
+    document: &Document,
+    used: impl IntoIterator<Item = Option<usize>>,
+    textures: &mut Textures,
+    report: &mut Report,
+) -> (Vec<Material>, BTreeMap<Option<usize>, MaterialId>) {
+    let mut used: Vec<_> = used.into_iter().collect();
+    used.sort_by_key(|index| index.unwrap_or(usize::MAX));
+    let (mut materials, mut ids) = (Vec::new(), BTreeMap::new());
+    for index in used {
+        ids.insert(index, MaterialId(materials.len() as u32));
+        materials.push(match index.and_then(|i| Some((i, document.materials.get(i)?))) {
+            Some((i, json)) => Conversion { document, textures, report, index: i }.convert(json),
+            None => default_material(),
+        });
+    }
+    (materials, ids)
+}
+
+fn default_material() -> Material {
+    let pbr = Pbr {
+        base_color: ColorInput::constant(Vec3::ONE),
+        metallic: ScalarInput::constant(1.0),
+        roughness: ScalarInput::constant(1.0),
+        ior: DEFAULT_IOR,
+        multiscatter: true,
+    };
+    Material { double_sided: false, vertex_colors: true, ..Material::new("default", Surface::Pbr(pbr)) }
+}
+
+struct Conversion<'a> {
+    document: &'a Document,
+    textures: &'a mut Textures,
+    report: &'a mut Report,
+    index: usize,
+}
+
+impl Conversion<'_> {
+    fn convert(&mut self, json: &json::Material) -> Material {
+        let pbr = &json.pbr_metallic_roughness;
+        let extensions = json.extensions.as_ref();
+        let base =
+            pbr.base_color_factor.0.map(|c| self.within(c, 0.0, 1.0, "pbrMetallicRoughness/baseColorFactor"));
+        let base_texture = self.info(
+            pbr.base_color_texture.as_ref(),
+            "pbrMetallicRoughness/baseColorTexture",
+            ColorSpace::Srgb,
+        );
+        let base_color = ColorInput { factor: Vec3::new(base[0], base[1], base[2]), texture: base_texture };
+        let surface = if extensions.is_some_and(|e| e.unlit.is_some()) {
+            Surface::Unlit { color: base_color }
+        } else {
+            let packed = self.info(
+                pbr.metallic_roughness_texture.as_ref(),
+                "pbrMetallicRoughness/metallicRoughnessTexture",
+                ColorSpace::Linear,
+            );
+            let mut scalar = |factor: f32, channel: u8, key: &str| ScalarInput {
+                factor: self.within(factor, 0.0, 1.0, key),
+                texture: packed.map(|texture| (texture, channel)),
+            };
+            Surface::Pbr(Pbr {
+                base_color,
+                metallic: scalar(pbr.metallic_factor.0, 2, "pbrMetallicRoughness/metallicFactor"),
+                roughness: scalar(pbr.roughness_factor.0, 1, "pbrMetallicRoughness/roughnessFactor"),
+                ior: self.ior(json),
+                multiscatter: true,
+            })
+        };
+        let name = json.name.as_deref().map_or_else(|| format!("material {}", self.index), super::clipped);
+        Material {
+            name,
+            surface,
+            emission: self.emission(json),
+            alpha: self.alpha(json),
+            coverage: ScalarInput { factor: base[3], texture: base_texture.map(|texture| (texture, 3)) },
+            normal: json.normal_texture.as_ref().and_then(|normal| self.normal(normal)),
+            double_sided: json.double_sided,
+            vertex_colors: true,
+        }
+    }
+
+    fn ior(&mut self, json: &json::Material) -> f32 {
+        let ior = json.extensions.as_ref().and_then(|e| e.ior.as_ref()).map_or(DEFAULT_IOR, |i| i.ior.0);
+        if ior == 0.0 {
+            FULLY_REFLECTING_IOR
+        } else {
+            self.within(ior, 1.0, FULLY_REFLECTING_IOR, "extensions/KHR_materials_ior/ior")
+        }
+    }
+
+    fn alpha(&mut self, json: &json::Material) -> Alpha {
+        match json.alpha_mode {
+            Checked::Valid(AlphaMode::Mask) => {
+                let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0);
+                Alpha::Mask { cutoff: self.within(cutoff, 0.0, f32::MAX, "alphaCutoff") }
+            }
+            Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
+            Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => Alpha::Opaque,
+        }
+    }
+
+    fn emission(&mut self, json: &json::Material) -> Option<Emission> {
+        let factor = json.emissive_factor.0.map(|c| self.within(c, 0.0, f32::MAX, "emissiveFactor"));
+        let strength = json.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
+        let strength = strength.map_or(1.0, |s| s.emissive_strength.0);
+        let key = "extensions/KHR_materials_emissive_strength/emissiveStrength";
+        let strength = self.within(strength, 0.0, f32::MAX, key);
+        let factor = Vec3::from(factor);
+        if factor == Vec3::ZERO || strength == 0.0 {
+            return None;
+        }
+        let texture = self.info(json.emissive_texture.as_ref(), "emissiveTexture", ColorSpace::Srgb);
+        Some(Emission { color: ColorInput { factor, texture }, strength, two_sided: json.double_sided })
+    }
+
+    fn normal(&mut self, json: &NormalTexture) -> Option<NormalMap> {
+        // The crate does not read the transform of this slot.
+        let transform = json.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
+        let transform: Option<TextureTransform> = match transform.map(|t| serde_json::from_value(t.clone())) {
+            None => None,
+            Some(Ok(transform)) => Some(transform),
+            Some(Err(e)) => {
+                let pointer = self.pointer("normalTexture/extensions/KHR_texture_transform");
+                self.report.error(Problem::new(pointer, e.to_string()));
+                None
+            }
+        };
+        let scale = self.within(json.scale, f32::MIN, f32::MAX, "normalTexture/scale");
+        let texture = self.slot(
+            json.index.value(),
+            json.tex_coord,
+            transform.as_ref(),
+            "normalTexture",
+            ColorSpace::Linear,
+        )?;
+        Some(NormalMap { texture, scale })
+    }
+
+    fn info(&mut self, info: Option<&Info>, key: &str, space: ColorSpace) -> Option<TextureRef> {
+        let info = info?;
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        self.slot(info.index.value(), info.tex_coord, transform, key, space)
+    }
+
+    fn slot(
+        &mut self,
+        texture: usize,
+        tex_coord: u32,
+        transform: Option<&TextureTransform>,
+        key: &str,
+        space: ColorSpace,
+    ) -> Option<TextureRef> {
+        let slot = Slot { texture, tex_coord, transform, pointer: self.pointer(key) };
+        self.textures.reference(self.document, &slot, space, self.report)
+    }
+
+    /// `value` clamped to the range that the specification gives, with a warning where it was outside.
+    fn within(&mut self, value: f32, least: f32, most: f32, key: &str) -> f32 {
+        if (least..=most).contains(&value) {
+            return value;
+        }
+        let clamped = if value.is_nan() { least } else { value.clamp(least, most) };
+        let pointer = self.pointer(key);
+        self.report.warn(Problem::new(pointer, format!("is {value}, out of range; {clamped} is used")));
+        clamped
+    }
+
+    fn pointer(&self, key: &str) -> String {
+        format!("/materials/{}/{key}", self.index)
+    }
+}

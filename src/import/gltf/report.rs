@@ -1,0 +1,193 @@
+//! What was found wrong or set aside while one glTF file is read.
+//!
+//! Errors and warnings carry a JSON pointer (RFC 6901) into the document. What happens per triangle or per vertex is
+//! counted and reported once. However broken a file is, the report stays short: past [`MAX_LISTED`] of a kind only their
+//! number is kept.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use crate::diagnostic::{Diagnostic, Place};
+
+/// Errors, and warnings, that are listed one by one; the rest are only counted.
+const MAX_LISTED: usize = 100;
+/// Characters of a name or URI from the file that a message quotes.
+const MAX_QUOTED: usize = 80;
+
+/// One thing that is wrong, at `pointer` (empty: the file as a whole).
+#[derive(Clone, Debug)]
+pub struct Problem {
+    pub pointer: String,
+    pub message: String,
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub fn new(pointer: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), message: message.into(), help: None }
+    }
+
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// Things that are counted, not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Counted {
+    NonFiniteTriangles,
+    IncompleteTriangles,
+    BadNormals,
+    BadTangents,
+    NonFiniteUvs,
+    BadColors,
+    Points,
+    Lines,
+    SingularNodes,
+    RepeatedNodes,
+    SkinnedNodes,
+    MissingUvs,
+    NoData,
+}
+
+impl Counted {
+    fn message(self, n: u64) -> String {
+        match self {
+            Self::NonFiniteTriangles => {
+                format!("{n} triangle(s) with positions that are not finite are left out")
+            }
+            Self::IncompleteTriangles => {
+                format!("{n} primitive(s) end in an incomplete triangle, which is left out")
+            }
+            Self::BadNormals => format!(
+                "{n} normal(s) of zero length or not finite are replaced by those of the triangles around"
+            ),
+            Self::BadTangents => format!("{n} tangent(s) of zero length or not finite are replaced"),
+            Self::NonFiniteUvs => format!("{n} texture coordinate(s) that are not finite are taken as 0"),
+            Self::BadColors => format!("{n} vertex colour(s) outside 0 to 1 are clamped"),
+            Self::Points => format!("{n} primitive(s) of points are not rendered"),
+            Self::Lines => format!("{n} primitive(s) of lines are not rendered"),
+            Self::SingularNodes => format!(
+                "{n} node(s) have a transform that is singular or not finite; what they hold is left out"
+            ),
+            Self::RepeatedNodes => {
+                format!("{n} node(s) are listed more than once in the scene and are placed once")
+            }
+            Self::SkinnedNodes => {
+                format!("{n} skinned mesh(es) are shown in their bind pose: skins are not applied")
+            }
+            Self::NoData => format!(
+                "{n} primitive(s) have no data in this file (compressed, or a buffer without uri) and are left out"
+            ),
+            Self::MissingUvs => format!(
+                "{n} primitive(s) have a textured material but not the texture coordinates it asks for"
+            ),
+        }
+    }
+}
+
+/// How often each [`Counted`] happened, and where first.
+#[derive(Clone, Debug, Default)]
+pub struct Tally(BTreeMap<Counted, (u64, String)>);
+
+impl Tally {
+    pub fn add(&mut self, what: Counted, n: usize, pointer: &str) {
+        if n > 0 {
+            self.0.entry(what).or_insert_with(|| (0, pointer.to_owned())).0 += n as u64;
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        for (&what, (n, pointer)) in &other.0 {
+            self.add(what, *n as usize, pointer);
+        }
+    }
+}
+
+/// Collects what is wrong with one file.
+pub struct Report {
+    file: PathBuf,
+    errors: Vec<Diagnostic>,
+    more_errors: usize,
+    warnings: Vec<Diagnostic>,
+    more_warnings: usize,
+    pub tally: Tally,
+}
+
+impl Report {
+    pub fn new(file: &Path) -> Self {
+        Self {
+            file: file.to_owned(),
+            errors: Vec::new(),
+            more_errors: 0,
+            warnings: Vec::new(),
+            more_warnings: 0,
+            tally: Tally::default(),
+        }
+    }
+
+    pub fn error(&mut self, problem: Problem) {
+        if self.errors.len() < MAX_LISTED {
+            let (place, message, help) = parts(problem);
+            self.errors.push(Diagnostic { help, ..Diagnostic::error(&self.file, place, message) });
+        } else {
+            self.more_errors += 1;
+        }
+    }
+
+    /// An error at a line of the text, before there is a document to point into.
+    pub fn error_at_line(&mut self, line: usize, message: String) {
+        self.errors.push(Diagnostic::error(&self.file, Place::Line(line), message));
+    }
+
+    pub fn warn(&mut self, problem: Problem) {
+        if self.warnings.len() < MAX_LISTED {
+            let (place, message, help) = parts(problem);
+            self.warnings.push(Diagnostic { help, ..Diagnostic::warning(&self.file, place, message) });
+        } else {
+            self.more_warnings += 1;
+        }
+    }
+
+    /// `None` once there is an error: the stages of the import stop there.
+    pub fn checkpoint(&self) -> Option<()> {
+        self.errors.is_empty().then_some(())
+    }
+
+    /// `Ok` with all warnings, or `Err` with errors and warnings.
+    pub fn finish(mut self) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+        for (what, (n, first)) in std::mem::take(&mut self.tally.0) {
+            self.warn(Problem::new(first, what.message(n)));
+        }
+        if self.more_warnings > 0 {
+            let message = format!("{} more warnings of this file are not listed", self.more_warnings);
+            self.warnings.push(Diagnostic::warning(&self.file, Place::File, message));
+        }
+        if self.more_errors > 0 {
+            let message = format!("{} more errors of this file are not listed", self.more_errors);
+            self.errors.push(Diagnostic::error(&self.file, Place::File, message));
+        }
+        if self.errors.is_empty() {
+            return Ok(self.warnings);
+        }
+        self.errors.append(&mut self.warnings);
+        Err(self.errors)
+    }
+}
+
+fn parts(problem: Problem) -> (Place, String, Option<String>) {
+    let place = if problem.pointer.is_empty() { Place::File } else { Place::Pointer(problem.pointer) };
+    (place, problem.message, problem.help)
+}
+
+/// `text` in quotes, shortened: a message never repeats a megabyte of the file, nor its control characters.
+pub fn quoted(text: &str) -> String {
+    let mut shown: String = text.chars().take(MAX_QUOTED).flat_map(char::escape_debug).collect();
+    if text.chars().nth(MAX_QUOTED).is_some() {
+        shown.push('…');
+    }
+    format!("\"{shown}\"")
+}

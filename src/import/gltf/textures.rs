@@ -1,0 +1,195 @@
+//! Images, samplers and the lookups that material slots make.
+//!
+//! glTF 2.0, section 3.8 "Texture Data". Only images that a rendered material uses are decoded, each once, in parallel. One
+//! that is missing or does not decode is a warning, and the slot falls back to its factor.
+//!
+//! KHR_texture_transform: uv′ = T(offset) · R · S(scale) · uv. A positive `rotation` turns the UV counter-clockwise as the
+//! image is seen; as v runs down, that is u′ = cos·u + sin·v, v′ = −sin·u + cos·v (the reference viewer and Blender
+//! agree on it; the extension's GLSL listing is the transpose).
+
+use std::{
+    collections::{BTreeSet, HashMap},
+    path::Path,
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+use glam::{Affine2, Vec2};
+use gltf::json::{
+    self,
+    extensions::texture::TextureTransform,
+    texture::{MagFilter, WrappingMode},
+    validation::Checked,
+};
+use rayon::prelude::*;
+
+use super::{
+    accessor::Source,
+    document::Document,
+    report::{Problem, Report, quoted},
+    uri,
+};
+use crate::{
+    import::image,
+    world::{ColorSpace, Filter, Image, ImageId, Texture, TextureId, TextureRef, Wrap},
+};
+
+/// What the `gltf` crate gives as the source of a texture that has none.
+pub const NO_SOURCE: usize = u32::MAX as usize;
+/// Texels of all images of a file together, in bytes.
+const MAX_TOTAL_BYTES: u64 = 8 << 30;
+/// UV sets that a mesh of ours can have.
+const UV_SETS: u32 = 2;
+
+/// Image of a texture by EXT_texture_webp.
+pub fn webp_source(texture: &json::Texture) -> Option<usize> {
+    let source = texture.extensions.as_ref()?.others.get("EXT_texture_webp")?.get("source")?;
+    usize::try_from(source.as_u64()?).ok()
+}
+
+fn source(texture: &json::Texture) -> Option<usize> {
+    webp_source(texture).or((texture.source.value() != NO_SOURCE).then_some(texture.source.value()))
+}
+
+/// A texture as a slot of a material names it.
+pub struct Slot<'a> {
+    pub texture: usize,
+    pub tex_coord: u32,
+    pub transform: Option<&'a TextureTransform>,
+    pub pointer: String,
+}
+
+/// The images that were decoded, and the textures made of them so far.
+pub struct Textures {
+    by_image: HashMap<usize, ImageId>,
+    pub images: Vec<Image>,
+    pub textures: Vec<Texture>,
+    ids: HashMap<Texture, TextureId>,
+}
+
+impl Textures {
+    /// Decodes the images of `used` textures.
+    pub fn load(source_: &Source, used: &BTreeSet<usize>, folder: &Path, report: &mut Report) -> Self {
+        let document = source_.document;
+        let wanted: BTreeSet<usize> =
+            used.iter().filter_map(|&t| document.textures.get(t)).filter_map(source).collect();
+        let total = AtomicU64::new(0);
+        let decoded: Vec<_> = (wanted.into_par_iter())
+            .map(|i| {
+                let image = decode(source_, i, folder)?;
+                let bytes = image::byte_size(&image);
+                let all = total.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+                // Keeps the memory bounded; the file as a whole is refused below.
+                if all > MAX_TOTAL_BYTES { Err((i, "is one too many".to_owned())) } else { Ok((i, image)) }
+            })
+            .collect();
+        let mut loaded =
+            Self { by_image: HashMap::new(), images: Vec::new(), textures: Vec::new(), ids: HashMap::new() };
+        for result in decoded {
+            match result {
+                Ok((i, image)) => {
+                    loaded.by_image.insert(i, ImageId(loaded.images.len() as u32));
+                    loaded.images.push(image);
+                }
+                Err((i, message)) => report.warn(
+                    Problem::new(format!("/images/{i}"), format!("{message}; it is left out"))
+                        .help("the materials that use it fall back to their plain factors"),
+                ),
+            }
+        }
+        if total.into_inner() > MAX_TOTAL_BYTES {
+            let message = format!("its textures take more than {MAX_TOTAL_BYTES} bytes of memory");
+            report.error(Problem::new("/images", message).help("use smaller textures"));
+        }
+        loaded
+    }
+
+    /// What a slot looks up; `None` where its image is not there.
+    pub fn reference(
+        &mut self,
+        document: &Document,
+        slot: &Slot,
+        color_space: ColorSpace,
+        report: &mut Report,
+    ) -> Option<TextureRef> {
+        let json = document.textures.get(slot.texture)?;
+        let Some(image) = source(json) else {
+            let message = format!("texture {} has no image that can be read; it is left out", slot.texture);
+            report.warn(Problem::new(&slot.pointer, message));
+            return None;
+        };
+        let image = *self.by_image.get(&image)?;
+        let uv_set = slot.transform.and_then(|t| t.tex_coord).unwrap_or(slot.tex_coord);
+        if uv_set >= UV_SETS {
+            let message =
+                format!("uses TEXCOORD_{uv_set}, but only 0 and 1 are read; the texture is left out");
+            report.warn(Problem::new(&slot.pointer, message));
+            return None;
+        }
+        let sampler = json.sampler.and_then(|s| document.samplers.get(s.value()));
+        let wrap = |mode: Option<Checked<WrappingMode>>| match mode {
+            Some(Checked::Valid(WrappingMode::ClampToEdge)) => Wrap::ClampToEdge,
+            Some(Checked::Valid(WrappingMode::MirroredRepeat)) => Wrap::MirroredRepeat,
+            _ => Wrap::Repeat,
+        };
+        let filter = match sampler.and_then(|s| s.mag_filter) {
+            Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+            _ => Filter::Linear,
+        };
+        let texture = Texture {
+            image,
+            color_space,
+            wrap_u: wrap(sampler.map(|s| s.wrap_s)),
+            wrap_v: wrap(sampler.map(|s| s.wrap_t)),
+            filter,
+        };
+        let next = TextureId(self.textures.len() as u32);
+        let id = *self.ids.entry(texture).or_insert(next);
+        if id == next {
+            self.textures.push(texture);
+        }
+        let transform = slot.transform.map_or(Affine2::IDENTITY, affine);
+        if !transform.is_finite() {
+            report.warn(Problem::new(
+                &slot.pointer,
+                "its KHR_texture_transform is not finite; the texture is left out",
+            ));
+            return None;
+        }
+        Some(TextureRef { texture: id, uv_set: uv_set as u8, transform })
+    }
+}
+
+/// T · R · S of the extension.
+pub fn affine(transform: &TextureTransform) -> Affine2 {
+    Affine2::from_scale_angle_translation(
+        Vec2::from(transform.scale.0),
+        -transform.rotation.0,
+        Vec2::from(transform.offset.0),
+    )
+}
+
+fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, (usize, String)> {
+    let failed = |message: String| (index, message);
+    let Some(json) = source.document.images.get(index) else { return Err(failed("does not exist".into())) };
+    let file = json.uri.as_deref().filter(|uri| !uri.starts_with("data:")).unwrap_or("");
+    let name = super::clipped(json.name.as_deref().filter(|n| !n.is_empty()).unwrap_or(file));
+    let decoded = match (json.buffer_view, &json.uri) {
+        (Some(view), _) => {
+            let bytes = source.buffers.view(source.document, view.value());
+            bytes.map(|bytes| image::decode(bytes, &name)).ok_or("its buffer has no data in this file")
+        }
+        (None, Some(uri)) => {
+            let bytes = uri::read(uri, folder, image::MAX_FILE_BYTES).map_err(failed)?;
+            Ok(image::decode(&bytes, if file.is_empty() { &name } else { file }))
+        }
+        (None, None) => Err("has neither uri nor bufferView"),
+    };
+    let image = decoded.map_err(|m| failed(m.into()))?.map_err(|e| {
+        failed(format!(
+            "image {} cannot be decoded: {}",
+            quoted(&name),
+            e.chars().take(200).collect::<String>()
+        ))
+    })?;
+    Ok(Image { name, ..image })
+}

@@ -1,0 +1,114 @@
+//! Tangents for normal mapping where a file gives none: MikkTSpace, which glTF 2.0 prescribes (section 3.7.2.1) and which
+//! tools that bake normal maps use.
+//!
+//! MikkTSpace works on corners. Corners of a vertex that end up with different tangents split it. It is fed (u, 1 − v):
+//! texture coordinates here run down the image, while a normal map's green points up it.
+
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::world::Mesh;
+
+/// Gives `mesh` tangents along its UV set `set`. Without normals or that set, or where no triangle has a direction in
+/// texture space, it stays without.
+pub fn generate(mesh: &mut Mesh, set: usize) {
+    let Some(uvs) = mesh.uvs.get(set) else { return };
+    let n = mesh.positions.len();
+    if mesh.normals.len() != n || uvs.len() != n || mesh.triangles.is_empty() {
+        return;
+    }
+    let mut corners = Corners { mesh, uvs, tangents: vec![[None; 3]; mesh.triangles.len()] };
+    if generate_tangents(&mut corners).is_err() {
+        return;
+    }
+    let tangents = corners.tangents;
+    if tangents.iter().flatten().any(Option::is_some) {
+        assign(mesh, &tangents);
+    }
+}
+
+struct Corners<'a> {
+    mesh: &'a Mesh,
+    uvs: &'a [Vec2],
+    tangents: Vec<[Option<Vec4>; 3]>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.mesh.triangles[face][corner] as usize
+    }
+}
+
+impl Geometry for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.positions[self.vertex(face, corner)].into()
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.normals[self.vertex(face, corner)].into()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        let uv = self.uvs[self.vertex(face, corner)];
+        [uv.x, 1.0 - uv.y]
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        self.tangents[face][corner] = space.and_then(|space| {
+            let [x, y, z, w] = space.tangent_encoded();
+            Vec3::new(x, y, z).try_normalize().map(|t| t.extend(w))
+        });
+    }
+}
+
+/// Writes the corners' tangents to the vertices, splitting those whose corners disagree. A corner without one (a degenerate
+/// triangle apart from all others) gets any direction across the normal.
+fn assign(mesh: &mut Mesh, tangents: &[[Option<Vec4>; 3]]) {
+    let mut given: Vec<Option<Vec4>> = vec![None; mesh.positions.len()];
+    let mut split: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
+    let mut triangles = std::mem::take(&mut mesh.triangles);
+    for (triangle, tangents) in triangles.iter_mut().zip(tangents) {
+        for (vertex, tangent) in triangle.iter_mut().zip(tangents) {
+            let v = *vertex as usize;
+            let tangent = tangent
+                .unwrap_or_else(|| mesh.normals[v].any_orthogonal_vector().normalize_or(Vec3::X).extend(1.0));
+            match given[v] {
+                None => given[v] = Some(tangent),
+                Some(first) if first == tangent => {}
+                Some(_) => {
+                    let key = (*vertex, tangent.to_array().map(f32::to_bits));
+                    *vertex = *split.entry(key).or_insert_with(|| {
+                        duplicate(mesh, v);
+                        given.push(Some(tangent));
+                        (mesh.positions.len() - 1) as u32
+                    });
+                }
+            }
+        }
+    }
+    mesh.triangles = triangles;
+    mesh.tangents = given.into_iter().map(|t| t.unwrap_or(Vec4::new(1.0, 0.0, 0.0, 1.0))).collect();
+}
+
+/// Appends a copy of vertex `v`.
+fn duplicate(mesh: &mut Mesh, v: usize) {
+    fn copy<T: Copy>(values: &mut Vec<T>, v: usize) {
+        if let Some(&value) = values.get(v) {
+            values.push(value);
+        }
+    }
+    copy(&mut mesh.positions, v);
+    copy(&mut mesh.normals, v);
+    mesh.uvs.iter_mut().for_each(|uvs| copy(uvs, v));
+    copy(&mut mesh.colors, v);
+}

@@ -1,0 +1,222 @@
+//! Closed forms of irradiance, and the densities of all lights together.
+
+use super::*;
+use crate::{
+    light::{Quad, Sphere, Triangle},
+    sampling::{
+        stats::{chi2_test, r3},
+        warp::uniform_sphere,
+    },
+    world::{EnvironmentKind, Light},
+};
+
+fn environment(bottom: f32, top: f32) -> Environment {
+    let kind = EnvironmentKind::Gradient { bottom: Vec3::splat(bottom), top: Vec3::splat(top) };
+    Environment::new(&world::Environment { kind, strength: 1.0, rotation: 0.0, visible: true }, &[])
+}
+
+fn black() -> Environment {
+    environment(0.0, 0.0)
+}
+
+fn surface(shape: Shape, power: f32) -> Emitter {
+    Emitter::Surface { object: 3, primitive: 5, shape, power, two_sided: false }
+}
+
+fn sphere(center: Vec3, radius: f32) -> Shape {
+    Shape::Sphere(Sphere { center, radius })
+}
+
+/// Irradiance at `p` on a surface of normal `n`, where every surface emits a radiance of 1.
+fn irradiance(lights: &Lights, p: Vec3, n: Vec3) -> f32 {
+    let count = 1 << 19;
+    let mut sum = 0.0;
+    for i in 0..count {
+        let [a, b, c] = r3(i);
+        let Some(s) = lights.sample(p, a, Vec2::new(b, c)) else { continue };
+        let radiance = match s.source {
+            Source::Radiance(radiance) => radiance.x,
+            Source::Surface { .. } => 1.0,
+        };
+        sum += (radiance * s.wi.dot(n).max(0.0) / s.pdf) as f64;
+    }
+    (sum / count as f64) as f32
+}
+
+#[track_caller]
+fn assert_close(found: f32, expected: f32) {
+    assert!((found / expected - 1.0).abs() < 3e-3, "{found}, not {expected}");
+}
+
+#[test]
+fn a_sphere_gives_its_solid_angle() {
+    for (center, radius) in [(Vec3::new(1.0, 2.0, 0.5), 0.5), (Vec3::new(0.0, 2.0, 0.0), 1.9)] {
+        let lights = Lights::new(&[surface(sphere(center, radius), 1.0)], black());
+        let d = center.length();
+        assert_close(irradiance(&lights, Vec3::ZERO, Vec3::Y), PI * (radius / d).powi(2) * center.y / d);
+    }
+}
+
+#[test]
+fn a_disk_gives_its_form_factor() {
+    let (h, r) = (1.5, 0.8);
+    let disk =
+        Quad::new(Vec3::new(-r, h, -r), Vec3::new(2.0 * r, 0.0, 0.0), Vec3::new(0.0, 0.0, 2.0 * r), true);
+    // u × v points down: −Y.
+    let lights = Lights::new(&[surface(Shape::Quad(disk), 2.0)], black());
+    assert_close(irradiance(&lights, Vec3::ZERO, Vec3::Y), PI * r * r / (r * r + h * h));
+    let above = Vec3::new(0.0, 2.0 * h, 0.0);
+    assert_eq!(irradiance(&lights, above, Vec3::NEG_Y), 0.0, "nothing leaves the back");
+}
+
+#[test]
+fn a_square_gives_its_form_factor_whole_and_in_two_triangles() {
+    // A unit square, 1 above the corner under which the receiver lies (Howell, configuration B-3), with X = Y = 1.
+    let expected = (1.0 / 2.0f32.sqrt()) * (1.0 / 2.0f32.sqrt()).atan();
+    let [o, u, v] = [Vec3::Y, Vec3::X, Vec3::Z];
+    let square = Shape::Quad(Quad::new(o, u, v, false));
+    let triangles =
+        [[o, o + u, o + u + v], [o, o + u + v, o + v]].map(|t| Shape::Triangle(Triangle::new(t, false)));
+    for shapes in [vec![square], triangles.to_vec()] {
+        let emitters: Vec<_> = shapes.iter().map(|&s| surface(s, 1.0)).collect();
+        assert_close(irradiance(&Lights::new(&emitters, black()), Vec3::ZERO, Vec3::Y), expected);
+    }
+}
+
+#[test]
+fn points_and_suns_give_what_they_say() {
+    let point = Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(8.0) };
+    let soft = Light::Sun { direction: Vec3::NEG_Y, irradiance: Vec3::splat(3.0), angle: 0.3 };
+    let hard = Light::Sun {
+        direction: Vec3::new(0.0, -1.0, 1.0),
+        irradiance: Vec3::splat(2.0f32.sqrt()),
+        angle: 0.0,
+    };
+    let only = |light: &Light| Lights::new(&[Emitter::Punctual(light.clone())], black());
+    for (light, expected) in [(&point, 2.0), (&soft, 3.0), (&hard, 1.0)] {
+        assert_close(irradiance(&only(light), Vec3::ZERO, Vec3::Y), expected);
+    }
+    let all = [point, soft, hard].map(Emitter::Punctual);
+    assert_close(irradiance(&Lights::new(&all, black()), Vec3::ZERO, Vec3::Y), 6.0);
+    assert_close(irradiance(&Lights::new(&all, environment(1.0, 1.0)), Vec3::ZERO, Vec3::Y), 6.0 + PI);
+}
+
+#[test]
+fn a_mixture_gives_the_sum() {
+    let (emitters, _) = mixture();
+    let lights = Lights::new(&emitters, environment(0.2, 0.2));
+    let expected = PI * 0.2 + PI * 0.25 / 4.0 + PI * 0.01 / 9.0 + 8.0;
+    assert_close(irradiance(&lights, Vec3::ZERO, Vec3::Y), expected);
+}
+
+/// Two spheres above and below, one without power, a sun with a wide disk; and where the surfaces are.
+fn mixture() -> (Vec<Emitter>, [(u32, Vec3, f32); 3]) {
+    let surfaces =
+        [(0, Vec3::new(0.0, 2.0, 0.0), 0.5), (1, Vec3::new(0.0, 3.0, 0.0), 0.1), (3, -Vec3::Y, 0.3)];
+    let sun = Light::Sun { direction: -Vec3::Y, irradiance: Vec3::splat(8.0), angle: 1.0 };
+    let lamp = |i: usize, power| surface(sphere(surfaces[i].1, surfaces[i].2), power);
+    (vec![lamp(0, 1.0), lamp(1, 0.4), Emitter::Punctual(sun), lamp(2, 0.7)], surfaces)
+}
+
+#[test]
+fn directions_follow_the_densities_of_all_lights_together() {
+    let (emitters, surfaces) = mixture();
+    let lights = Lights::new(&emitters, environment(0.5, 1.0));
+    let p = Vec3::new(1.0, 0.5, 0.2);
+    chi2_test(
+        "mixture",
+        |[a, b, c]| lights.sample(p, a, Vec2::new(b, c)).map(|s| s.wi),
+        |w| {
+            let through = |&(emitter, center, radius): &(u32, Vec3, f32)| {
+                let along = (center - p).dot(w);
+                let near = radius * radius - (p + along * w).distance_squared(center);
+                (along > 0.0 && near >= 0.0)
+                    .then(|| lights.pdf_surface(emitter, p, p + (along - near.sqrt()) * w))
+            };
+            lights.pdf_escaped(p, w) + surfaces.iter().filter_map(through).sum::<f32>()
+        },
+    );
+}
+
+#[test]
+fn a_sample_carries_the_density_that_is_asked_for_later() {
+    let (emitters, _) = mixture();
+    let lights = Lights::new(&emitters, environment(0.5, 1.0));
+    let mut found = [0; 2];
+    for i in 0..2000 {
+        let [a, b, c] = r3(i);
+        let p = 3.0 * uniform_sphere(Vec2::new(c, a));
+        let Some(s) = lights.sample(p, a, Vec2::new(b, c)) else { continue };
+        let pdf = match s.source {
+            Source::Radiance(radiance) => {
+                assert_eq!(radiance, lights.escaped_radiance(s.wi));
+                lights.pdf_escaped(p, s.wi)
+            }
+            Source::Surface { point, object, primitive, .. } => {
+                assert_eq!((object, primitive), (3, 5));
+                assert!(point.abs_diff_eq(p + s.distance * s.wi, 1e-5));
+                [0, 1, 3]
+                    .into_iter()
+                    .map(|e| lights.pdf_surface(e, p, point))
+                    .min_by(|a, b| (a - s.pdf).abs().total_cmp(&(b - s.pdf).abs()))
+                    .expect("three surfaces")
+            }
+        };
+        found[matches!(s.source, Source::Surface { .. }) as usize] += 1;
+        assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{pdf}, drawn with {}", s.pdf);
+    }
+    assert!(found[0] > 400 && found[1] > 400, "{found:?}");
+}
+
+#[test]
+fn among_many_lamps_the_tree_beats_a_choice_by_power() {
+    // 300 equal lamps over a floor of 16 m: the second moment of one sample, in closed form.
+    let lamps: Vec<(Vec3, f32)> = (0..300)
+        .map(|i| {
+            let [x, y, z] = r3(i);
+            (Vec3::new(16.0 * x - 8.0, 0.2 + 2.8 * y, 16.0 * z - 8.0), 0.04)
+        })
+        .collect();
+    let emitters: Vec<_> = lamps.iter().map(|&(c, r)| surface(sphere(c, r), 1.0)).collect();
+    let lights = Lights::new(&emitters, black());
+    let (mut tree, mut by_power, mut ideal) = (0.0, 0.0, 0.0);
+    for i in 0..100 {
+        let [x, z, _] = r3(i + 900);
+        let p = Vec3::new(16.0 * x - 8.0, 0.0, 16.0 * z - 8.0);
+        let mut total = 0.0;
+        for (emitter, &(center, radius)) in (0..).zip(&lamps) {
+            let d = center - p;
+            let e = PI * radius * radius * d.y / d.length().powi(3);
+            let shape = sphere(center, radius);
+            let point = center - radius * d.normalize();
+            let probability = lights.pdf_surface(emitter, p, point) / shape.pdf(p, point);
+            tree += e * e / probability;
+            by_power += e * e * lamps.len() as f32;
+            total += e;
+        }
+        ideal += total * total;
+    }
+    let [tree, by_power] = [tree, by_power].map(|moment| moment / ideal - 1.0);
+    assert!(tree < 0.05 * by_power, "relative variance {tree}, by power {by_power}");
+}
+
+#[test]
+fn what_has_no_power_is_never_chosen() {
+    let flat = Shape::Triangle(Triangle::new([Vec3::ZERO; 3], false));
+    let dark = [
+        surface(sphere(Vec3::Y, 0.5), 0.0),
+        surface(sphere(Vec3::Y, 0.5), f32::NAN),
+        surface(flat, 1.0),
+        Emitter::Punctual(Light::Point { position: Vec3::Y, intensity: Vec3::ZERO }),
+        Emitter::Punctual(Light::Sun { direction: Vec3::NEG_Y, irradiance: Vec3::ZERO, angle: 0.1 }),
+    ];
+    let lights = Lights::new(&dark, black());
+    for i in 0..100 {
+        let [a, b, c] = r3(i);
+        assert!(lights.sample(Vec3::ZERO, a, Vec2::new(b, c)).is_none());
+    }
+    for emitter in 0..9 {
+        assert_eq!(lights.pdf_surface(emitter, Vec3::ZERO, Vec3::Y), 0.0);
+    }
+    assert_eq!(lights.pdf_escaped(Vec3::ZERO, Vec3::Y), 0.0);
+}

@@ -1,0 +1,355 @@
+//! An equirectangular map of radiance: lookup and importance sampling.
+//!
+//! Direction d (unrotated) meets the map at u = 0.5 + atan2(d.z, d.x) / 2π, v = acos(d.y) / π with v = 0 at the top
+//! row. Radiance is bilinear between the texels' middles; it wraps in u, and in v it is constant between a pole and
+//! the middle of the row next to it.
+//!
+//! A draw picks a cell *between* the middles of four texels in proportion to its mean luminance × its solid angle,
+//! then a point in it in proportion to the bilinear luminance. So the density is
+//!
+//! ```text
+//! p(ω) = Y(ω) s / (N sin θ)
+//! ```
+//!
+//! with Y the luminance that the lookup returns, s the mean of sin θ over the row of cells and N the sum of the
+//! cells' weights: nearly proportional to the integrand everywhere, and 0 only where the radiance is. The two polar
+//! rows are uniform in solid angle along v (s = sin θ). Source of the warp: Pharr, Jakob, Humphreys, *Physically
+//! Based Rendering*, 4th ed., section 12.5 and appendix A.5; the grid between texels is what makes it exact here.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::{EnvironmentSample, luminance};
+use crate::{
+    sampling::distribution::{Grid, linear},
+    world::{ColorSpace, Image, Texels},
+};
+
+#[derive(Clone, Debug)]
+pub struct Map {
+    width: usize,
+    height: usize,
+    /// Radiance, row by row from the top.
+    texels: Vec<[f32; 3]>,
+    /// Added to atan2(d.z, d.x) before the lookup, radians.
+    rotation: f32,
+    sampling: Option<Sampling>,
+}
+
+/// None where the map is black.
+#[derive(Clone, Debug)]
+struct Sampling {
+    /// `width` × `height + 1` cells: cell (x, y) lies between the middles of texel columns x and x + 1, and of texel
+    /// rows y − 1 and y.
+    grid: Grid,
+    /// s / N of a row of cells (1 / N at the poles).
+    density: Vec<f32>,
+}
+
+impl Map {
+    /// Decodes `image` and multiplies it by `strength`. Texels that come out negative or not finite become black;
+    /// the second value counts them. `None` where the image has no texels, or not as many as its size says.
+    pub fn new(
+        image: &Image,
+        color_space: ColorSpace,
+        strength: f32,
+        rotation: f32,
+    ) -> Option<(Self, usize)> {
+        let (width, height) = (image.width as usize, image.height as usize);
+        let mut texels = linear_texels(&image.texels, color_space);
+        if texels.is_empty() || width.checked_mul(height) != Some(texels.len()) {
+            return None;
+        }
+        let dropped = texels
+            .par_iter_mut()
+            .map(|texel| {
+                *texel = texel.map(|c| c * strength);
+                let usable = texel.iter().all(|c| c.is_finite() && *c >= 0.0);
+                if !usable {
+                    *texel = [0.0; 3];
+                }
+                !usable as usize
+            })
+            .sum();
+        let mut map = Self { width, height, texels, rotation, sampling: None };
+        map.sampling = map.tabulate();
+        Some((map, dropped))
+    }
+
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let at = self.locate(direction);
+        let [a, b, c, d] = self.corners(at.column, at.row).map(Vec3::from);
+        a.lerp(b, at.fraction.x).lerp(c.lerp(d, at.fraction.x), at.fraction.y)
+    }
+
+    /// Mean luminance over the sphere.
+    pub fn mean_luminance(&self) -> f32 {
+        self.sampling.as_ref().map_or(0.0, |s| (s.grid.total() / (2.0 * TAU as f64)) as f32)
+    }
+
+    /// `None` where the map is black.
+    pub fn sample(&self, u: Vec2) -> Option<EnvironmentSample> {
+        let sampling = self.sampling.as_ref()?;
+        let cell = sampling.grid.sample(u);
+        let corners = self.corners(cell.column, cell.row).map(Vec3::from);
+        let [a, b, c, d] = corners.map(luminance);
+        let y = linear(cell.u.y, a + b, c + d);
+        let x = linear(cell.u.x, a + y * (c - a), b + y * (d - b));
+        let (sin, cos) = self.polar(cell.row, y);
+        let phi = (((cell.column as f32 + 0.5 + x) / self.width as f32) - 0.5) * TAU - self.rotation;
+        let [a, b, c, d] = corners;
+        let radiance = a.lerp(b, x).lerp(c.lerp(d, x), y);
+        let pdf = self.density(cell.row, sin, radiance);
+        let wi = Vec3::new(sin * phi.cos(), cos, sin * phi.sin());
+        (pdf > 0.0 && pdf.is_finite()).then_some(EnvironmentSample { wi, radiance, pdf })
+    }
+
+    /// Solid-angle density of [`sample`](Self::sample), sr⁻¹.
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        let row = self.locate(direction).row;
+        let sin = horizontal(direction);
+        self.density(row, sin, self.radiance(direction))
+    }
+
+    fn density(&self, row: usize, sin_theta: f32, radiance: Vec3) -> f32 {
+        let Some(sampling) = &self.sampling else { return 0.0 };
+        let sin_theta = if row == 0 || row == self.height { 1.0 } else { sin_theta };
+        sampling.density[row] * luminance(radiance) / sin_theta
+    }
+
+    /// sin θ and cos θ in a row of cells at y in [0, 1).
+    fn polar(&self, row: usize, y: f32) -> (f32, f32) {
+        let rows = self.height as f32;
+        if row == 0 || row == self.height {
+            // 1 − |cos θ|, uniform from the pole to the middle of the next row of texels
+            let cap = 2.0 * (PI / (4.0 * rows)).sin().powi(2);
+            let (up, from_pole) = if row == 0 { (1.0, y) } else { (-1.0, 1.0 - y) };
+            let h = cap * from_pole;
+            ((h * (2.0 - h)).max(0.0).sqrt(), up * (1.0 - h))
+        } else {
+            ((row as f32 - 0.5 + y) / rows * PI).sin_cos()
+        }
+    }
+
+    fn locate(&self, direction: Vec3) -> Location {
+        let (width, height) = (self.width as f32, self.height as f32);
+        let u = 0.5 + (direction.z.atan2(direction.x) + self.rotation) / TAU;
+        // Not acos, which has no digits near the poles.
+        let v = horizontal(direction).atan2(direction.y) / PI;
+        let x = (u - u.floor()) * width - 0.5;
+        let y = v * height + 0.5;
+        let (column, row) = (x.floor(), y.floor().clamp(0.0, height));
+        Location {
+            column: if column < 0.0 { self.width - 1 } else { (column as usize).min(self.width - 1) },
+            row: row as usize,
+            fraction: Vec2::new(x - column, y - row).clamp(Vec2::ZERO, Vec2::ONE),
+        }
+    }
+
+    /// Texels at the corners of a cell: upper left, upper right, lower left, lower right.
+    fn corners(&self, column: usize, row: usize) -> [[f32; 3]; 4] {
+        let right = if column + 1 == self.width { 0 } else { column + 1 };
+        let upper = row.saturating_sub(1) * self.width;
+        let lower = row.min(self.height - 1) * self.width;
+        [upper + column, upper + right, lower + column, lower + right].map(|i| self.texels[i])
+    }
+
+    fn tabulate(&self) -> Option<Sampling> {
+        let delta = PI as f64 / self.height as f64;
+        let middle = |row: usize| row as f64 * delta;
+        let polar = |row: usize| row == 0 || row == self.height;
+        // Solid angle of a cell: Δφ × (cos θ₀ − cos θ₁), without cancellation.
+        let solid_angle = |row: usize| {
+            let height = if polar(row) {
+                2.0 * (0.25 * delta).sin().powi(2)
+            } else {
+                2.0 * middle(row).sin() * (0.5 * delta).sin()
+            };
+            height * TAU as f64 / self.width as f64
+        };
+        let grid = Grid::new(self.width, self.height + 1, |row, weights| {
+            let scale = (0.25 * solid_angle(row)) as f32;
+            for (column, weight) in weights.iter_mut().enumerate() {
+                let sum: f32 = self.corners(column, row).map(|c| scale * luminance(c.into())).iter().sum();
+                *weight = sum;
+            }
+        })?;
+        let density = (0..=self.height)
+            .map(|row| {
+                let s =
+                    if polar(row) { 1.0 } else { middle(row).sin() * (0.5 * delta).sin() / (0.5 * delta) };
+                (s / grid.total()) as f32
+            })
+            .collect();
+        Some(Sampling { grid, density })
+    }
+}
+
+/// sin θ.
+fn horizontal(direction: Vec3) -> f32 {
+    (direction.x * direction.x + direction.z * direction.z).sqrt()
+}
+
+/// Where a direction meets the map: a cell between the middles of texels, and where in it.
+struct Location {
+    column: usize,
+    row: usize,
+    fraction: Vec2,
+}
+
+fn linear_texels(texels: &Texels, color_space: ColorSpace) -> Vec<[f32; 3]> {
+    let decode = |stored: f32| match color_space {
+        ColorSpace::Linear => stored,
+        ColorSpace::Srgb if stored <= 0.04045 => stored / 12.92,
+        ColorSpace::Srgb => ((stored + 0.055) / 1.055).powf(2.4),
+    };
+    match texels {
+        Texels::Rgba8(texels) => {
+            let table: Vec<f32> = (0..=u8::MAX).map(|c| decode(c as f32 / 255.0)).collect();
+            texels.par_iter().map(|&[r, g, b, _]| [r, g, b].map(|c| table[c as usize])).collect()
+        }
+        Texels::Rgba16(texels) => {
+            texels.par_iter().map(|&[r, g, b, _]| [r, g, b].map(|c| decode(c as f32 / 65535.0))).collect()
+        }
+        Texels::RgbF32(texels) => texels.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::stats::{chi2_test, integrate_sphere, r3, uniform};
+
+    fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> [f32; 3]) -> Image {
+        let texels = (0..width * height).map(|i| texel(i % width, i / width)).collect();
+        Image { name: "test".into(), width, height, texels: Texels::RgbF32(texels) }
+    }
+
+    fn map(image: &Image, rotation: f32) -> Map {
+        Map::new(image, ColorSpace::Linear, 1.0, rotation).expect("a whole image").0
+    }
+
+    fn speckled(x: u32, y: u32) -> [f32; 3] {
+        [0, 1, 2].map(|c| uniform(x * 1000 + y, c).powi(3))
+    }
+
+    fn with_sun(x: u32, y: u32) -> [f32; 3] {
+        if (x, y) == (9, 4) { [9e3, 8e3, 7e3] } else { [0.2, 0.3, 0.5] }
+    }
+
+    fn check(name: &str, map: &Map) {
+        let sample = |[a, b, _]: [f32; 3]| map.sample(Vec2::new(a, b));
+        chi2_test(name, |u| sample(u).map(|s| s.wi), |w| map.pdf(w));
+        for i in 0..2000 {
+            let s = sample(r3(i)).expect("not black");
+            assert!(s.wi.is_normalized());
+            let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
+            let slack = 2e-3 * s.pdf + 1e-4 / map.mean_luminance(); // u and v have 24 bits each
+            assert!((pdf - s.pdf).abs() < slack, "{name}: drawn with {}, pdf is {pdf}", s.pdf);
+            assert!(
+                radiance.abs_diff_eq(s.radiance, 2e-3 * s.radiance.max_element() + 1e-4),
+                "{name}: drawn {}, found {radiance}",
+                s.radiance
+            );
+        }
+    }
+
+    #[test]
+    fn samples_follow_the_density() {
+        for (width, height) in [(1, 1), (3, 2), (12, 6)] {
+            check(&format!("{width} × {height}"), &map(&image(width, height, speckled), 0.7));
+        }
+        check("sun", &map(&image(16, 8, with_sun), 0.0));
+        check("rotated sun", &map(&image(16, 8, with_sun), 2.0));
+        let at_pole = |x, y| if y == 0 { [(x + 1) as f32, 5.0, 0.0] } else { [0.0; 3] };
+        check("bright pole", &map(&image(8, 6, at_pole), 0.0));
+    }
+
+    #[test]
+    fn density_integrates_to_one_and_is_zero_only_where_it_is_black() {
+        let map = map(&image(16, 8, |x, y| if (x, y) == (3, 2) { [0.0, 0.0, 1.0] } else { [0.0; 3] }), 0.0);
+        let mass = integrate_sphere(|w| map.pdf(w));
+        assert!((mass - 1.0).abs() < 2e-3, "{mass}");
+        for i in 0..10_000 {
+            let [a, b, _] = r3(i);
+            let w = crate::sampling::warp::uniform_sphere(Vec2::new(a, b));
+            assert_eq!(map.radiance(w) == Vec3::ZERO, map.pdf(w) == 0.0);
+        }
+    }
+
+    #[test]
+    fn weight_hardly_varies() {
+        let map = map(&image(64, 32, with_sun), 0.0);
+        for i in 0..5000 {
+            let [a, b, _] = r3(i);
+            let s = map.sample(Vec2::new(a, b)).expect("not black");
+            let weight = luminance(s.radiance) / s.pdf / (4.0 * PI * map.mean_luminance());
+            assert!((0.3..1.8).contains(&weight), "{weight} towards {}", s.wi);
+        }
+    }
+
+    #[test]
+    fn a_bright_texel_is_where_the_convention_says() {
+        // 8 × 4 texels: column 4 is φ = 22.5°, row 1 is θ = 67.5°.
+        let bright = |x, y| if (x, y) == (4, 1) { [1.0; 3] } else { [0.0; 3] };
+        let (phi, theta) = (22.5f32.to_radians(), 67.5f32.to_radians());
+        let towards = |phi: f32| Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
+        let unrotated = map(&image(8, 4, bright), 0.0);
+        assert!((unrotated.radiance(towards(phi)).x - 1.0).abs() < 1e-5);
+        // Counter-clockwise seen from above: as a rotation about +Y, which takes +X to −Z.
+        for rotation in [0.6, -2.0, 4.0] {
+            let turned = glam::Quat::from_rotation_y(rotation) * towards(phi);
+            assert!(
+                (map(&image(8, 4, bright), rotation).radiance(turned).x - 1.0).abs() < 1e-5,
+                "{rotation}"
+            );
+        }
+    }
+
+    #[test]
+    fn lookups_wrap_around_and_end_at_the_poles() {
+        let map = map(&image(4, 4, |x, y| [x as f32, y as f32, 1.0]), 0.0);
+        let at_seam = map.radiance(Vec3::NEG_X);
+        assert!((at_seam.x - 1.5).abs() < 1e-4, "between columns 3 and 0: {at_seam}");
+        for w in [Vec3::Y, Vec3::NEG_Y, Vec3::new(1e-20, 1.0, 0.0), Vec3::new(0.0, -1.0, -1e-20)] {
+            assert_eq!(map.radiance(w).y, if w.y > 0.0 { 0.0 } else { 3.0 });
+            assert!(map.pdf(w) > 0.0 && map.pdf(w).is_finite());
+        }
+        map.pdf(Vec3::NAN); // must not panic
+    }
+
+    #[test]
+    fn unusable_texels_become_black_and_are_counted() {
+        let odd = [[f32::NAN, 1.0, 1.0], [1.0, -1.0, 1.0], [f32::INFINITY, 0.0, 0.0], [1.0, 1.0, 1.0]];
+        let broken = image(4, 1, |x, _| odd[x as usize]);
+        let (map, dropped) = Map::new(&broken, ColorSpace::Linear, 2.0, 0.0).expect("whole");
+        assert_eq!((dropped, map.texels[0], map.texels[3]), (3, [0.0; 3], [2.0; 3]));
+        let short = Image { width: 5, ..broken };
+        assert!(Map::new(&short, ColorSpace::Linear, 1.0, 0.0).is_none());
+        let black = Map::new(&image(3, 3, |_, _| [0.0; 3]), ColorSpace::Linear, 1.0, 0.0).expect("whole").0;
+        assert!(black.sample(Vec2::splat(0.5)).is_none());
+        assert_eq!((black.pdf(Vec3::X), black.mean_luminance()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn stored_integers_are_decoded_once() {
+        let gray8 = Texels::Rgba8(vec![[188, 0, 255, 7]]);
+        let gray16 = Texels::Rgba16(vec![[188 * 257, 0, 65535, 7]]);
+        for texels in [gray8, gray16] {
+            let [r, g, b] = linear_texels(&texels, ColorSpace::Srgb)[0];
+            assert!((r - 0.502_886_4).abs() < 1e-4 && g == 0.0 && (b - 1.0).abs() < 1e-6, "{r} {g} {b}");
+            assert!((linear_texels(&texels, ColorSpace::Linear)[0][0] - 188.0 / 255.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn extreme_values_survive() {
+        for value in [1e-38, 3e38] {
+            let map = map(&image(8, 4, |x, _| if x == 2 { [value; 3] } else { [0.0; 3] }), 0.0);
+            let s = map.sample(Vec2::new(0.4, 0.6)).expect("not black");
+            assert!(s.pdf.is_finite() && s.radiance.is_finite());
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! What a render took, as JSON (`--stats FILE.json`). Names carry their unit; absent numbers are `null`.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::{Settings as OutputSettings, View};
+use crate::{
+    compile::SceneStats,
+    film::SampleCounts,
+    integrator::RayCounts,
+    render::{Outcome, Rendering, Settings},
+};
+
+#[derive(Debug, Serialize)]
+pub struct Stats {
+    /// Version of rayo.
+    pub rayo: &'static str,
+    pub file: String,
+    pub outcome: &'static str,
+    pub settings: SettingsUsed,
+    pub scene: SceneCounts,
+    pub rays: Rays,
+    pub samples: Samples,
+    /// Estimated relative error of the picture.
+    pub noise: Option<f32>,
+    pub seconds: Seconds,
+    /// Largest resident memory of the process so far; `null` where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct SettingsUsed {
+    pub size: [u32; 2],
+    pub crop: Option<[u32; 4]>,
+    pub samples: u32,
+    pub noise: f32,
+    pub time_seconds: Option<f64>,
+    pub seed: u64,
+    pub threads: Option<usize>,
+    pub bounces: Bounces,
+    pub view: &'static str,
+    pub exposure: f32,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Bounces {
+    pub total: u32,
+    pub diffuse: u32,
+    pub glossy: u32,
+    pub transmission: u32,
+}
+
+#[derive(Debug, Serialize)]
+pub struct SceneCounts {
+    pub triangles: u64,
+    pub triangles_set_aside: u64,
+    pub instances: u64,
+    pub meshes: u64,
+    pub spheres: u64,
+    pub quads: u64,
+    pub lights: u64,
+    pub materials: u64,
+    pub textures: u64,
+    pub bvh_seconds: f64,
+    pub bvh_bytes: u64,
+    pub geometry_bytes: u64,
+    pub texture_bytes: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Rays {
+    pub camera: u64,
+    pub bounce: u64,
+    pub shadow: u64,
+    pub total: u64,
+    /// Millions of rays of all kinds per second of rendering.
+    pub mrays_per_second: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Samples {
+    pub per_pixel_min: u32,
+    pub per_pixel_mean: f64,
+    pub per_pixel_max: u32,
+    pub per_second: f64,
+    /// Non-finite or negative samples, left out of the picture.
+    pub dropped: u64,
+    pub pixels_without_samples: u64,
+}
+
+/// By phase.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    pub load: f64,
+    pub build: f64,
+    pub render: f64,
+    pub write: f64,
+}
+
+impl Stats {
+    pub fn new(
+        settings: &Settings,
+        output: &OutputSettings,
+        scene: &SceneStats,
+        rendering: &Rendering,
+        counts: &SampleCounts,
+        seconds: Seconds,
+    ) -> Self {
+        let samples = counts.mean * rendering.film.pixels().len() as f64;
+        Self {
+            rayo: env!("CARGO_PKG_VERSION"),
+            file: output.file.display().to_string(),
+            outcome: match rendering.outcome {
+                Outcome::Finished => "finished",
+                Outcome::NoiseReached => "noise reached",
+                Outcome::TimeUp => "time up",
+                Outcome::Cancelled => "interrupted",
+            },
+            settings: SettingsUsed::new(settings, output),
+            scene: SceneCounts::from(scene),
+            rays: Rays::new(&rendering.rays, rendering.duration),
+            samples: Samples {
+                per_pixel_min: counts.min,
+                per_pixel_mean: counts.mean,
+                per_pixel_max: counts.max,
+                per_second: per_second(samples, rendering.duration),
+                dropped: counts.dropped,
+                pixels_without_samples: counts.empty,
+            },
+            noise: rendering.noise,
+            seconds,
+            peak_memory_bytes: peak_memory(),
+        }
+    }
+
+    pub fn to_json(&self) -> String {
+        // Plain numbers and strings: nothing here can fail to serialise.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl SettingsUsed {
+    fn new(render: &Settings, output: &OutputSettings) -> Self {
+        let bounces = render.bounces;
+        Self {
+            size: render.size,
+            crop: render.crop,
+            samples: render.samples,
+            noise: render.noise,
+            time_seconds: render.time.map(|t| t.as_secs_f64()),
+            seed: render.seed,
+            threads: render.threads,
+            bounces: Bounces {
+                total: bounces.total,
+                diffuse: bounces.diffuse,
+                glossy: bounces.glossy,
+                transmission: bounces.transmission,
+            },
+            view: match output.view {
+                View::Srgb => "srgb",
+                View::Gamma2 => "gamma2",
+                View::Raw => "raw",
+            },
+            exposure: output.exposure,
+        }
+    }
+}
+
+impl From<&SceneStats> for SceneCounts {
+    fn from(s: &SceneStats) -> Self {
+        Self {
+            triangles: s.triangles,
+            triangles_set_aside: s.triangles_set_aside,
+            instances: s.instances,
+            meshes: s.meshes,
+            spheres: s.spheres,
+            quads: s.quads,
+            lights: s.lights,
+            materials: s.materials,
+            textures: s.textures,
+            bvh_seconds: s.bvh_seconds,
+            bvh_bytes: s.bvh_bytes,
+            geometry_bytes: s.geometry_bytes,
+            texture_bytes: s.texture_bytes,
+        }
+    }
+}
+
+impl Rays {
+    pub fn new(rays: &RayCounts, duration: Duration) -> Self {
+        let total = rays.camera + rays.bounce + rays.shadow;
+        Self {
+            camera: rays.camera,
+            bounce: rays.bounce,
+            shadow: rays.shadow,
+            total,
+            mrays_per_second: per_second(total as f64, duration) / 1e6,
+        }
+    }
+}
+
+fn per_second(count: f64, duration: Duration) -> f64 {
+    count / duration.as_secs_f64().max(1e-9)
+}
+
+/// Peak resident set size of this process, bytes.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{Monitor, render_samples};
+
+    #[test]
+    fn json_holds_what_was_rendered() {
+        let settings = Settings { size: [8, 4], samples: 4, ..Settings::default() };
+        let sample = |x, _, _, rays: &mut RayCounts| {
+            rays.camera += 1;
+            rays.shadow += 3;
+            glam::Vec3::splat(if x == 0 { f32::NAN } else { 1.0 })
+        };
+        let rendering = render_samples(&sample, &settings, &Monitor::default()).expect("small");
+        let counts = rendering.film.sample_counts();
+        let scene = SceneStats { triangles: 12, ..SceneStats::default() };
+        let output = OutputSettings { file: "a.png".into(), ..OutputSettings::default() };
+        let stats = Stats::new(&settings, &output, &scene, &rendering, &counts, Seconds::default());
+        let json: serde_json::Value = serde_json::from_str(&stats.to_json()).expect("valid JSON");
+        assert_eq!(json["scene"]["triangles"], 12);
+        assert_eq!(json["rays"]["total"], 8 * 4 * 4 * 4);
+        assert_eq!(json["samples"]["dropped"], 4 * 4);
+        assert_eq!(json["samples"]["pixels_without_samples"], 4);
+        assert_eq!(json["outcome"], "finished");
+        assert_eq!(json["settings"]["bounces"]["total"], 16);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn peak_memory_is_plausible() {
+        let bytes = peak_memory().expect("Linux tells");
+        assert!((1 << 20..1 << 40).contains(&bytes), "{bytes}");
+    }
+}

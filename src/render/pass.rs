@@ -1,0 +1,97 @@
+//! One pass: a batch of samples for every pixel that still needs them.
+
+use std::iter;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{Monitor, stop::Plan};
+use crate::{
+    film::{Film, Pixel, Tile},
+    integrator::RayCounts,
+};
+
+/// Pixels along a tile's side: small enough to share out evenly, large enough for neighbouring paths to find the same
+/// nodes and texels in the cache.
+const TILE_SIDE: u32 = 16;
+
+/// Samples per pass once the first few have shown the picture.
+const LARGEST_BATCH: u32 = 16;
+
+/// Samples per pixel of each pass: 1, 1, 2, 4, 8, 16, 16, … so that after the first the count doubles, then grows evenly.
+pub fn batches() -> impl Iterator<Item = u32> {
+    iter::once(1).chain(iter::successors(Some(1), |&b: &u32| Some((2 * b).min(LARGEST_BATCH))))
+}
+
+pub struct Pass<'a> {
+    /// Where the film lies in the whole picture.
+    pub origin: [u32; 2],
+    pub plan: &'a Plan,
+    pub batch: u32,
+    /// At most, per pixel.
+    pub samples: u32,
+}
+
+impl Pass<'_> {
+    /// Adds the pass's samples to the film, or those of them that were taken before `stop` said so.
+    pub fn run<S>(
+        &self,
+        film: &mut Film,
+        sample: &S,
+        stop: &(impl Fn() -> bool + Sync),
+        monitor: &Monitor,
+    ) -> RayCounts
+    where
+        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
+    {
+        film.tiles_mut(TILE_SIDE)
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|tile| self.run_tile(tile, sample, stop, monitor))
+            .reduce(RayCounts::default, |mut a, b| {
+                add(&mut a, b);
+                a
+            })
+    }
+
+    fn run_tile<S>(&self, tile: Tile, sample: &S, stop: &impl Fn() -> bool, monitor: &Monitor) -> RayCounts
+    where
+        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
+    {
+        let mut total = RayCounts::default();
+        for (y, row) in (tile.y..).zip(tile.rows) {
+            let mut rays = RayCounts::default();
+            let mut taken = 0;
+            for (x, pixel) in (tile.x..).zip(row) {
+                if !self.plan.is_active(x, y) {
+                    continue;
+                }
+                if stop() {
+                    break;
+                }
+                taken += self.run_pixel(x, y, pixel, sample, &mut rays);
+            }
+            monitor.count(taken, &rays);
+            add(&mut total, rays);
+        }
+        total
+    }
+
+    fn run_pixel<S>(&self, x: u32, y: u32, pixel: &mut Pixel, sample: &S, rays: &mut RayCounts) -> u64
+    where
+        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
+    {
+        let first = pixel.taken();
+        let end = first.saturating_add(self.batch).min(self.samples);
+        for index in first..end {
+            pixel.add(sample(x + self.origin[0], y + self.origin[1], index, rays));
+        }
+        u64::from(end.saturating_sub(first))
+    }
+}
+
+pub fn add(total: &mut RayCounts, more: RayCounts) {
+    total.camera += more.camera;
+    total.bounce += more.bounce;
+    total.shadow += more.shadow;
+}

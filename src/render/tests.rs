@@ -1,0 +1,158 @@
+//! Rendering of synthetic functions: no scene needed.
+
+use std::{
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
+    time::Duration,
+};
+
+use super::*;
+use crate::{film::Pixel, sampling::stats::uniform};
+
+fn noisy(x: u32, y: u32, index: u32, rays: &mut RayCounts) -> Vec3 {
+    rays.camera += 1;
+    rays.shadow += 2;
+    let u = |k| uniform(index, (y * 4096 + x) * 4 + k);
+    if u(3) < 1e-3 { Vec3::NAN } else { Vec3::new(u(0), u(1) * (x % 7) as f32, 10.0 * u(2)) }
+}
+
+fn settings(size: [u32; 2], samples: u32) -> Settings {
+    Settings { size, samples, ..Settings::default() }
+}
+
+fn run<S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync>(sample: S, settings: &Settings) -> Rendering {
+    render_samples(&sample, settings, &Monitor::default()).expect("small")
+}
+
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    for noise in [0.0, 0.05] {
+        let films = [1, 2, 7].map(|threads| {
+            run(noisy, &Settings { threads: Some(threads), noise, ..settings([83, 45], 300) }).film
+        });
+        assert_eq!(films[0], films[1]);
+        assert_eq!(films[0], films[2]);
+        let counts = films[0].sample_counts();
+        assert!(counts.dropped > 0);
+        assert_eq!(counts.min < counts.max, noise > 0.0, "{counts:?}");
+    }
+}
+
+#[test]
+fn a_pixel_holds_its_samples_in_order() {
+    let film = run(noisy, &settings([5, 3], 100)).film;
+    let mut pixel = Pixel::default();
+    (0..100).for_each(|i| pixel.add(noisy(4, 2, i, &mut RayCounts::default())));
+    assert_eq!(film.pixel(4, 2), &pixel);
+}
+
+#[test]
+fn a_crop_is_that_part_of_the_whole() {
+    let whole = run(noisy, &settings([70, 50], 20)).film;
+    let crop = run(noisy, &Settings { crop: Some([13, 21, 40, 19]), ..settings([70, 50], 20) }).film;
+    assert_eq!((crop.width(), crop.height()), (40, 19));
+    for y in 0..19 {
+        for x in 0..40 {
+            assert_eq!(crop.pixel(x, y), whole.pixel(x + 13, y + 21));
+        }
+    }
+}
+
+#[test]
+fn counters_agree_with_the_film() {
+    let monitor = Monitor::default();
+    let done = render_samples(&noisy, &settings([33, 17], 40), &monitor).expect("small");
+    let samples = 33 * 17 * 40;
+    assert_eq!(done.outcome, Outcome::Finished);
+    assert_eq!((done.rays.camera, done.rays.bounce, done.rays.shadow), (samples, 0, 2 * samples));
+    assert_eq!((monitor.samples(), monitor.rays(), monitor.fraction()), (samples, 3 * samples, 1.0));
+    assert_eq!(monitor.noise(), done.noise);
+}
+
+#[test]
+fn cancelling_stops_within_a_few_pixels() {
+    let monitor = Monitor::default();
+    let calls = AtomicU64::new(0);
+    let sample = |x, y, index, rays: &mut RayCounts| {
+        if calls.fetch_add(1, Relaxed) == 5000 {
+            monitor.cancel();
+        }
+        noisy(x, y, index, rays)
+    };
+    let done = render_samples(&sample, &settings([64, 64], 100), &monitor).expect("small");
+    let counts = done.film.sample_counts();
+    assert_eq!(done.outcome, Outcome::Cancelled);
+    assert_eq!((counts.min, counts.max), (1, 2));
+    assert_eq!(done.rays.camera, calls.load(Relaxed));
+    assert!(calls.load(Relaxed) < 5000 + 64, "{calls:?}");
+}
+
+#[test]
+fn time_runs_out() {
+    let slow = |_, _, _, _: &mut RayCounts| {
+        std::thread::sleep(Duration::from_millis(1));
+        Vec3::ONE
+    };
+    let limited =
+        Settings { time: Some(Duration::from_millis(100)), threads: Some(2), ..settings([1000, 1000], 1000) };
+    let done = run(slow, &limited);
+    assert_eq!(done.outcome, Outcome::TimeUp);
+    assert!(done.duration < Duration::from_millis(1000), "{:?}", done.duration);
+    assert!(done.film.sample_counts().empty > 0);
+    assert_eq!(done.noise, None);
+}
+
+#[test]
+fn panics_of_the_sampler_reach_the_caller() {
+    let result = std::panic::catch_unwind(|| {
+        run(
+            |x, _, _, _: &mut RayCounts| if x == 40 { panic!("on purpose") } else { Vec3::ONE },
+            &settings([50, 9], 4),
+        )
+    });
+    assert!(result.is_err());
+}
+
+/// Uniform noise of relative standard deviation 1/√3 per sample and constant mean: the number of samples at
+/// which pixels stop, and how far they then are from the truth, are known.
+#[test]
+fn the_noise_rule_stops_where_the_error_is_what_was_asked() {
+    let flat = |x: u32, y: u32, index, _: &mut RayCounts| Vec3::splat(uniform(index, y * 64 + x));
+    for noise in [0.1, 0.04] {
+        let done = run(flat, &Settings { noise, ..settings([64, 64], 100_000) });
+        assert_eq!(done.outcome, Outcome::NoiseReached);
+        let needed = 1.0 / 3.0 / f64::from(noise * noise);
+        let counts = done.film.sample_counts();
+        assert!(counts.mean > needed && counts.mean < 1.6 * needed + 16.0, "{counts:?}, needed {needed}");
+        let square_error: f64 = done.film.pixels().iter().map(|p| (p.luminance() / 0.5 - 1.0).powi(2)).sum();
+        let actual = (square_error / 4096.0).sqrt() as f32;
+        assert!(actual < noise && actual > 0.7 * noise, "asked {noise}, got {actual}");
+        let estimate = done.noise.expect("many samples");
+        assert!((estimate / actual - 1.0).abs() < 0.1, "estimate {estimate}, actual {actual}");
+    }
+}
+
+/// A dim pixel that one path in 1/p makes bright. Stopped pixels favour those that have met fewer bright paths, so the
+/// mean of the picture falls short: here by less than a sixth of the noise that was asked for. (A pixel's own estimate
+/// alone, without its neighbours', makes it up to 1.5 times the noise.)
+#[test]
+fn the_noise_rule_hardly_biases_rare_bright_paths() {
+    for (p, bright) in [(0.02, 10.0), (0.005, 20.0), (0.001, 50.0), (0.0002, 50.0)] {
+        for noise in [0.1, 0.05] {
+            let rare = |x: u32, y: u32, index, _: &mut RayCounts| {
+                let dim = uniform(index, 2 * (y * 128 + x));
+                let hit = uniform(index, 2 * (y * 128 + x) + 1) < p;
+                Vec3::splat(if hit { bright } else { dim })
+            };
+            let done = run(rare, &Settings { noise, ..settings([48, 48], 16_384) });
+            let truth = f64::from((1.0 - p) * 0.5 + p * bright);
+            let sum: f64 = done.film.pixels().iter().map(Pixel::luminance).sum();
+            let bias = sum / 2304.0 / truth - 1.0;
+            assert!(
+                bias.abs() < f64::from(noise) / 6.0,
+                "bias {bias:+.4} at noise {noise}, {bright} in one of {} paths, {:?}",
+                1.0 / p,
+                done.film.sample_counts()
+            );
+        }
+    }
+}

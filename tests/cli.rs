@@ -1,0 +1,271 @@
+//! The binary as people run it: flags, exit codes, files.
+
+use std::{
+    fs,
+    io::Read,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use assert_cmd::cargo::cargo_bin;
+use tempfile::TempDir;
+
+const SCENE: &str = r##"
+[camera]
+position = [0, 0, 5]
+target = [0, 0, 0]
+vfov = 40
+[environment]
+type = "gradient"
+bottom = [1, 1, 1]
+top = [0.5, 0.7, 1.0]
+[materials.grey]
+type = "diffuse"
+color = [0.5, 0.5, 0.5]
+[[sphere]]
+center = [0, 0, 0]
+radius = 1
+material = "grey"
+"##;
+
+fn rayo() -> Command {
+    Command::new(cargo_bin("rayo"))
+}
+
+/// A folder with `scene.toml` in it.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("written");
+    folder
+}
+
+fn run(folder: &Path, arguments: &str) -> Output {
+    rayo().current_dir(folder).args(arguments.split(' ')).output().expect("runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Panics unless the command failed with `code`, saying `message`, and left the folder as it was.
+fn fails(folder: &Path, arguments: &str, code: i32, message: &str) {
+    let before = names(folder);
+    let output = run(folder, arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments}: {said}");
+    assert!(said.contains(message), "{arguments}: “{message}” is not in: {said}");
+    assert!(!said.contains("panicked"), "{arguments}: {said}");
+    assert!(output.stdout.is_empty());
+    assert_eq!(names(folder), before, "{arguments}");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("folder");
+    let mut names: Vec<_> =
+        entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn help_and_version() {
+    let folder = folder();
+    for (arguments, expected) in [
+        ("--help", "render"),
+        ("render --help", "--crop <X,Y,W,H>"),
+        ("schema --help", "JSON Schema"),
+        ("--version", concat!("rayo ", env!("CARGO_PKG_VERSION"))),
+    ] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}");
+        assert!(text(&output.stdout).contains(expected), "{arguments}: {}", text(&output.stdout));
+    }
+}
+
+#[test]
+fn bad_flags_exit_with_2() {
+    let folder = folder();
+    let at = folder.path();
+    fails(at, "render scene.toml --nosie 0.1", 2, "--noise");
+    fails(at, "render", 2, "FILE");
+    fails(at, "rneder scene.toml", 2, "render");
+    for (flag, message) in [
+        ("--size 10", "1280x720"),
+        ("--size 0x10", "from 1 to"),
+        ("--size 60000x60000", "more than"),
+        ("--samples 0", "1.."),
+        ("--noise nan", "0.01"),
+        ("--time 0s", "90s"),
+        ("--threads 0", "from 1 to"),
+        ("--seed -1", "--seed"),
+        ("--crop 1,2,3", "100,50,640,360"),
+        ("--size 100x100 --crop 90,90,11,10", "leaves the picture"),
+        ("--exposure 1e9", "stops"),
+        ("--view agx", "gamma2"),
+    ] {
+        fails(at, &format!("render scene.toml {flag}"), 2, message);
+    }
+}
+
+#[test]
+fn bad_input_exits_with_2() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("picture.jpg"), "no scene").expect("written");
+    fails(at, "render missing.toml", 2, "missing.toml");
+    fails(at, "render missing.glb", 2, "missing.glb");
+    fails(at, "render picture.jpg", 2, ".toml");
+    fails(at, "render .", 2, ".toml");
+}
+
+#[test]
+fn output_that_cannot_be_written_is_found_before_rendering() {
+    let folder = folder();
+    let at = folder.path();
+    fs::create_dir(at.join("taken.png")).expect("folder");
+    // So many samples that rendering first would take hours.
+    let endless = "render scene.toml --samples 16000000";
+    fails(at, &format!("{endless} -o picture.jpg"), 2, ".png or .exr or .hdr");
+    fails(at, &format!("{endless} -o no/such/folder/a.png"), 2, "does not exist");
+    fails(at, &format!("{endless} -o taken.png"), 2, "folder of that name");
+    fails(at, &format!("{endless} --stats no/stats.json"), 2, "does not exist");
+    fails(at, &format!("{endless} --stats scene.toml"), 2, ".json");
+    #[cfg(target_os = "linux")]
+    fails(at, &format!("{endless} -o /proc/a.png"), 2, "cannot write /proc/a.png");
+}
+
+#[test]
+fn a_scene_becomes_a_picture_and_statistics() {
+    let folder = folder();
+    let at = folder.path();
+    let flags =
+        "--size 48x32 --crop 8,4,20,10 --samples 4 --seed 7 --bounces 3 --threads 2 --stats stats.json";
+    let output = run(at, &format!("render scene.toml -o picture.png {flags}"));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("wrote picture.png: 20 × 10, 4 samples per pixel"), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    assert_eq!(names(at), ["picture.png", "scene.toml", "stats.json"]);
+    let picture = image::open(at.join("picture.png")).expect("decodes");
+    assert_eq!((picture.width(), picture.height()), (20, 10));
+    let stats: serde_json::Value =
+        serde_json::from_slice(&fs::read(at.join("stats.json")).expect("written")).expect("JSON");
+    assert_eq!(stats["settings"]["seed"], 7);
+    assert_eq!(stats["settings"]["bounces"]["total"], 3);
+    assert_eq!(stats["samples"]["per_pixel_max"], 4);
+    assert_eq!(stats["rays"]["camera"], 800);
+}
+
+#[test]
+fn quiet_is_quiet_and_every_format_is_written() {
+    let folder = folder();
+    let at = folder.path();
+    for file in ["a.png", "b.exr", "c.HDR"] {
+        let output = run(at, &format!("render scene.toml -q --size 16x8 --samples 2 -o {file}"));
+        assert_eq!(output.status.code(), Some(0));
+        assert_eq!(text(&output.stderr), "");
+    }
+    assert_eq!(names(at), ["a.png", "b.exr", "c.HDR", "scene.toml"]);
+}
+
+#[test]
+fn files_are_the_same_for_any_number_of_threads() {
+    let folder = folder();
+    let at = folder.path();
+    let files = ["1", "2", "7"].map(|n| {
+        let flags = "--size 70x40 --samples 8 --noise 0.05 -o a.exr";
+        assert!(run(at, &format!("render scene.toml --threads {n} {flags}")).status.success());
+        fs::read(at.join("a.exr")).expect("written")
+    });
+    assert!(files[0] == files[1] && files[0] == files[2]);
+}
+
+#[test]
+fn a_time_budget_is_kept() {
+    let folder = folder();
+    let flags = "--size 64x64 --samples 10000000 --time 1s -o a.png";
+    let output = run(folder.path(), &format!("render scene.toml {flags}"));
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stderr).contains("time is up"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn schema_is_json_and_a_closed_pipe_is_no_failure() {
+    let folder = folder();
+    let output = run(folder.path(), "schema");
+    assert_eq!(output.status.code(), Some(0));
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(schema.is_object());
+    for arguments in [["schema", "--help"].as_slice(), &["schema"], &["--help"]] {
+        let mut child =
+            rayo().args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("runs");
+        drop(child.stdout.take());
+        let mut said = String::new();
+        child.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+        assert_eq!((child.wait().expect("ends").code(), said.as_str()), (Some(0), ""));
+    }
+}
+
+#[cfg(unix)]
+mod interrupts {
+    use super::*;
+    use std::{
+        process::Child,
+        thread::sleep,
+        time::{Duration, Instant},
+    };
+
+    /// Starts an endless render and waits until it is under way.
+    fn start(at: &Path) -> Child {
+        let flags = "render scene.toml -o picture.png --size 64x64 --samples 16000000 --threads 2";
+        let child =
+            rayo().current_dir(at).args(flags.split(' ')).stderr(Stdio::piped()).spawn().expect("runs");
+        sleep(Duration::from_millis(700));
+        child
+    }
+
+    fn press(child: &Child) {
+        let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(status.expect("kill runs").success());
+    }
+
+    fn end(mut child: Child) -> (Option<i32>, String) {
+        let limit = Instant::now() + Duration::from_secs(20);
+        while child.try_wait().expect("waits").is_none() {
+            if Instant::now() > limit {
+                child.kill().expect("kills");
+                panic!("did not stop");
+            }
+            sleep(Duration::from_millis(10));
+        }
+        let output = child.wait_with_output().expect("ended");
+        (output.status.code(), text(&output.stderr))
+    }
+
+    #[test]
+    fn once_writes_what_there_is() {
+        let folder = folder();
+        let child = start(folder.path());
+        press(&child);
+        let (code, said) = end(child);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("writing what there is") && said.contains("interrupted"), "{said}");
+        assert!(said.contains("wrote picture.png"), "{said}");
+        assert_eq!(names(folder.path()), ["picture.png", "scene.toml"]);
+        assert!(image::open(folder.path().join("picture.png")).is_ok());
+    }
+
+    #[test]
+    fn twice_leaves_the_old_picture_or_the_new() {
+        let folder = folder();
+        fs::write(folder.path().join("picture.png"), "old").expect("written");
+        let child = start(folder.path());
+        press(&child);
+        press(&child);
+        let (code, said) = end(child);
+        assert_eq!(code, Some(1), "{said}");
+        assert_eq!(names(folder.path()), ["picture.png", "scene.toml"]);
+        let picture = fs::read(folder.path().join("picture.png")).expect("there");
+        assert!(picture == b"old" || image::load_from_memory(&picture).is_ok());
+    }
+}

@@ -1,0 +1,334 @@
+//! Scenes whose radiance is known in closed form: a factor of π, a lost cosine or light counted twice shows here.
+
+use std::f32::consts::PI;
+
+use glam::{Affine3A, Mat3, Vec3};
+use rayo::{
+    compile::compile,
+    integrator::{RayCounts, sample_pixel},
+    render::{Bounces, FilterKind, PixelFilter, Settings},
+    world::*,
+};
+
+struct Stage {
+    world: World,
+    bounces: u32,
+}
+
+impl Stage {
+    /// Looks from `position` at `target`; black all round until something is added.
+    fn new(position: Vec3, target: Vec3) -> Self {
+        let z = (position - target).normalize();
+        let x = z.any_orthonormal_vector();
+        let camera = Camera {
+            name: String::new(),
+            to_world: Affine3A::from_mat3_translation(Mat3::from_cols(x, z.cross(x), z), position),
+            projection: Projection::Perspective { vfov: 1e-3 },
+            aperture: 0.0,
+            focus: 1.0,
+        };
+        let environment = Environment {
+            kind: EnvironmentKind::Color(Vec3::ZERO),
+            strength: 1.0,
+            rotation: 0.0,
+            visible: true,
+        };
+        let world = World { model: Model::default(), spheres: vec![], quads: vec![], environment, camera };
+        Self { world, bounces: 64 }
+    }
+
+    /// Looks straight down on the origin.
+    fn from_above(height: f32) -> Self {
+        Self::new(Vec3::new(0.0, height, 0.0), Vec3::ZERO)
+    }
+
+    fn sky(mut self, radiance: f32) -> Self {
+        self.world.environment.kind = EnvironmentKind::Color(Vec3::splat(radiance));
+        self
+    }
+
+    fn light(mut self, light: Light) -> Self {
+        self.world.model.lights.push(light);
+        self
+    }
+
+    fn material(&mut self, material: Material) -> MaterialId {
+        self.world.model.materials.push(material);
+        MaterialId(self.world.model.materials.len() as u32 - 1)
+    }
+
+    fn sphere(mut self, center: Vec3, radius: f32, material: Material) -> Self {
+        let material = self.material(material);
+        self.world.spheres.push(Sphere { center, radius, material });
+        self
+    }
+
+    /// A square of side 2 × `half` about `center`, facing `normal`.
+    fn square(mut self, center: Vec3, normal: Vec3, half: f32, material: Material) -> Self {
+        let material = self.material(material);
+        let u = normal.normalize().any_orthonormal_vector();
+        let v = normal.normalize().cross(u);
+        let origin = center - half * (u + v);
+        self.world.quads.push(Quad { origin, u: 2.0 * half * u, v: 2.0 * half * v, round: false, material });
+        self
+    }
+
+    /// Makes the last square round.
+    fn round(mut self) -> Self {
+        self.world.quads.last_mut().expect("a square").round = true;
+        self
+    }
+
+    fn bounces(mut self, bounces: u32) -> Self {
+        self.bounces = bounces;
+        self
+    }
+
+    /// Mean of the middle pixel over `samples`, and its standard error.
+    fn radiance(self, samples: u32) -> (f64, f64) {
+        let settings = Settings {
+            size: [1, 1],
+            bounces: Bounces::uniform(self.bounces),
+            filter: PixelFilter { kind: FilterKind::Box, width: 1.0 },
+            seed: 11,
+            ..Settings::default()
+        };
+        let scene = compile(self.world, &settings);
+        let mut counts = RayCounts::default();
+        let values: Vec<f64> =
+            (0..samples).map(|i| sample_pixel(&scene, 0, 0, i, &mut counts).y as f64).collect();
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+        (mean, (variance / n).sqrt())
+    }
+
+    #[track_caller]
+    fn expect(self, samples: u32, expected: f32) {
+        let (mean, error) = self.radiance(samples);
+        let tolerance = 4.0 * error + 1e-4 * expected as f64 + 1e-6;
+        assert!((mean - expected as f64).abs() <= tolerance, "{mean} ± {error}, expected {expected}");
+        assert!(error <= 0.02 * expected.abs() as f64 + 1e-6, "too noisy to tell: {mean} ± {error}");
+    }
+}
+
+fn diffuse(albedo: f32) -> Material {
+    Material::new("", Surface::Diffuse { color: ColorInput::constant(Vec3::splat(albedo)) })
+}
+
+fn glass(ior: f32, roughness: f32) -> Material {
+    Material::new(
+        "",
+        Surface::Dielectric {
+            ior,
+            fresnel: Fresnel::Exact,
+            roughness: ScalarInput::constant(roughness),
+            tint: ColorInput::constant(Vec3::ONE),
+        },
+    )
+}
+
+fn pbr(base: f32, metallic: f32, roughness: f32) -> Material {
+    Material::new(
+        "",
+        Surface::Pbr(Pbr {
+            base_color: ColorInput::constant(Vec3::splat(base)),
+            metallic: ScalarInput::constant(metallic),
+            roughness: ScalarInput::constant(roughness),
+            ior: 1.5,
+            multiscatter: true,
+        }),
+    )
+}
+
+fn metal(tint: f32, finish: MetalFinish) -> Material {
+    Material::new("", Surface::Metal { color: ColorInput::constant(Vec3::splat(tint)), finish })
+}
+
+fn shining(mut material: Material, radiance: f32, two_sided: bool) -> Material {
+    let color = ColorInput::constant(Vec3::splat(radiance));
+    material.emission = Some(Emission { color, strength: 1.0, two_sided });
+    material
+}
+
+fn lamp(radiance: f32) -> Material {
+    shining(Material::new("", Surface::Black), radiance, false)
+}
+
+#[test]
+fn inside_a_glowing_sphere_radiance_is_a_geometric_series() {
+    // L = e + ρ L
+    let inside = || Stage::new(Vec3::new(0.2, 0.1, 0.0), Vec3::X);
+    inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.5), 1.0, true)).expect(262144, 2.0);
+    inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.0), 3.0, true)).expect(16, 3.0);
+    inside().sphere(Vec3::ZERO, 1.0, shining(diffuse(0.5), 1.0, true)).bounces(1).expect(1024, 1.75);
+}
+
+#[test]
+fn a_one_sided_lamp_is_black_from_behind() {
+    let look = |side: f32| Stage::from_above(2.0 * side).square(Vec3::ZERO, Vec3::Y, 1.0, lamp(2.0));
+    look(1.0).expect(16, 2.0);
+    look(-1.0).expect(16, 0.0);
+}
+
+#[test]
+fn furnace_every_material_under_a_white_sky() {
+    let rough = |roughness| MetalFinish::Roughness {
+        roughness: ScalarInput::constant(roughness),
+        fresnel: Fresnel::Schlick,
+        multiscatter: true,
+    };
+    let materials = [
+        diffuse(1.0),
+        metal(1.0, MetalFinish::Fuzz(0.0)),
+        metal(1.0, rough(0.2)),
+        metal(1.0, rough(1.0)),
+        pbr(1.0, 0.0, 0.0),
+        pbr(1.0, 0.0, 0.5),
+        pbr(1.0, 1.0, 1.0),
+        pbr(1.0, 0.5, 0.3),
+        glass(1.5, 0.0),
+        glass(1.5, 0.4),
+        glass(1.0 / 1.5, 0.0),
+    ];
+    for material in materials {
+        let name = format!("{:?}", material.surface);
+        let (mean, error) = Stage::new(Vec3::new(0.3, 0.4, 5.0), Vec3::new(0.3, 0.4, 0.0))
+            .sky(1.0)
+            .sphere(Vec3::ZERO, 1.0, material)
+            .bounces(1000)
+            .radiance(8192);
+        assert!((mean - 1.0).abs() < 0.005 + 3.0 * error, "{name}: {mean} ± {error}");
+        assert!(error < 0.01, "{name}: {mean} ± {error}");
+    }
+}
+
+#[test]
+fn furnace_with_a_bubble_in_the_glass() {
+    Stage::new(Vec3::new(0.1, 0.2, 5.0), Vec3::new(0.1, 0.2, 0.0))
+        .sky(1.0)
+        .sphere(Vec3::ZERO, 1.0, glass(1.5, 0.0))
+        .sphere(Vec3::ZERO, 0.8, glass(1.0 / 1.5, 0.0))
+        .bounces(1000)
+        .expect(1024, 1.0);
+}
+
+#[test]
+fn a_point_light_falls_off_with_the_square_of_distance() {
+    for h in [1.0, 3.0] {
+        Stage::from_above(5.0)
+            .square(Vec3::ZERO, Vec3::Y, 1.0, diffuse(0.5))
+            .light(Light::Point { position: Vec3::new(h, h, 0.0), intensity: Vec3::splat(10.0) })
+            .expect(16, 0.5 / PI * 10.0 * 0.5f32.sqrt() / (2.0 * h * h));
+    }
+}
+
+#[test]
+fn a_sun_gives_its_irradiance_whatever_its_size() {
+    for angle in [0.0, 0.00925, 0.3] {
+        let direction = Vec3::new(-1.0, -1.0, 0.0).normalize();
+        Stage::from_above(5.0)
+            .square(Vec3::ZERO, Vec3::Y, 1.0, diffuse(0.8))
+            .light(Light::Sun { direction, irradiance: Vec3::splat(3.0), angle })
+            .expect(4096, 0.8 / PI * 3.0 * 0.5f32.sqrt());
+    }
+}
+
+#[test]
+fn a_spot_lights_its_cone_and_nothing_else() {
+    let lit = |inner: f32, outer: f32| {
+        Stage::from_above(5.0).square(Vec3::ZERO, Vec3::Y, 1.0, diffuse(1.0)).light(Light::Spot {
+            position: Vec3::new(0.0, 2.0, 0.0),
+            direction: Vec3::new(0.5, -1.0, 0.0).normalize(),
+            intensity: Vec3::splat(4.0),
+            inner,
+            outer,
+        })
+    };
+    let off_axis = 0.5f32.atan();
+    lit(off_axis + 0.1, off_axis + 0.2).expect(16, 1.0 / PI);
+    lit(0.1, off_axis - 0.05).expect(16, 0.0);
+    let (inner, outer) = (0.1f32, 0.9f32);
+    let falloff = (off_axis.cos() - outer.cos()) / (inner.cos() - outer.cos());
+    lit(inner, outer).expect(16, falloff * falloff / PI);
+}
+
+#[test]
+fn a_disk_lamp_has_the_form_factor_of_a_disk() {
+    // E = π L r² / (r² + h²) under the centre of a parallel disk
+    let (h, r, radiance) = (1.0f32, 1.5f32, 2.0f32);
+    Stage::from_above(0.9 * h)
+        .square(Vec3::ZERO, Vec3::Y, 0.1, diffuse(0.6))
+        .square(Vec3::new(0.0, h, 0.0), Vec3::NEG_Y, r, lamp(radiance))
+        .round()
+        .expect(8192, 0.6 * radiance * r * r / (r * r + h * h));
+}
+
+#[test]
+fn a_sphere_lamp_shines_like_the_square_of_the_sine_of_its_half_angle() {
+    let (d, r, radiance) = (3.0f32, 0.5f32, 5.0f32);
+    let position = d * Vec3::new(1.0, 1.0, 0.0).normalize();
+    Stage::from_above(5.0)
+        .square(Vec3::ZERO, Vec3::Y, 0.1, diffuse(0.7))
+        .sphere(position, r, lamp(radiance))
+        .expect(4096, 0.7 * radiance * (r / d).powi(2) * 0.5f32.sqrt());
+}
+
+#[test]
+fn a_mirror_shows_the_lamp_times_its_tint() {
+    Stage::new(Vec3::new(-2.0, 2.0, 0.0), Vec3::ZERO)
+        .square(Vec3::ZERO, Vec3::Y, 1.0, metal(0.8, MetalFinish::Fuzz(0.0)))
+        .square(Vec3::new(3.0, 3.0, 0.0), Vec3::new(-1.0, -1.0, 0.0), 1.0, lamp(2.0))
+        .expect(64, 1.6);
+}
+
+#[test]
+fn blended_surfaces_cover_their_share_of_light_and_view() {
+    let veiled = |mut material: Material| {
+        material.alpha = Alpha::Blend;
+        material.coverage = ScalarInput::constant(0.25);
+        material
+    };
+    // seen: a quarter of the veil, three quarters of the sky behind it
+    Stage::from_above(5.0).sky(2.0).square(Vec3::ZERO, Vec3::Y, 1.0, veiled(lamp(1.0))).expect(4096, 1.75);
+    // in the way of a light: three quarters of it get through
+    Stage::new(Vec3::new(2.0, 2.0, 0.0), Vec3::ZERO)
+        .square(Vec3::ZERO, Vec3::Y, 0.5, diffuse(1.0))
+        .square(Vec3::new(0.0, 1.0, 0.0), Vec3::Y, 0.5, veiled(diffuse(0.0)))
+        .light(Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(4.0) })
+        .expect(16, 0.75 / PI);
+}
+
+#[test]
+fn masked_surfaces_are_there_or_not() {
+    for (coverage, expected) in [(0.49, 1.0), (0.51, 0.0)] {
+        let mut hole = metal(0.0, MetalFinish::Fuzz(0.0));
+        hole.alpha = Alpha::Mask { cutoff: 0.5 };
+        hole.coverage = ScalarInput::constant(coverage);
+        Stage::from_above(5.0).sky(1.0).square(Vec3::ZERO, Vec3::Y, 1.0, hole).expect(16, expected);
+    }
+}
+
+#[test]
+fn single_sided_surfaces_hide_from_the_camera_but_still_cast_shadows() {
+    let single = || Material { double_sided: false, ..diffuse(0.0) };
+    // the camera looks through the back of a roof
+    Stage::from_above(5.0).sky(1.0).square(Vec3::ZERO, Vec3::NEG_Y, 1.0, single()).expect(16, 1.0);
+    // but light does not pass it
+    Stage::new(Vec3::new(2.0, 2.0, 0.0), Vec3::ZERO)
+        .square(Vec3::ZERO, Vec3::Y, 0.5, diffuse(1.0))
+        .square(Vec3::new(0.0, 1.0, 0.0), Vec3::NEG_Y, 0.5, single())
+        .light(Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(4.0) })
+        .expect(16, 0.0);
+}
+
+#[test]
+fn unlit_surfaces_show_their_colour_and_cast_nothing() {
+    let unlit = || Material::new("", Surface::Unlit { color: ColorInput::constant(Vec3::splat(0.3)) });
+    Stage::from_above(5.0).sky(1.0).square(Vec3::ZERO, Vec3::Y, 1.0, unlit()).expect(16, 0.3);
+    Stage::new(Vec3::new(2.0, 2.0, 0.0), Vec3::ZERO)
+        .square(Vec3::ZERO, Vec3::Y, 0.5, diffuse(1.0))
+        .square(Vec3::new(0.0, 1.0, 0.0), Vec3::Y, 0.5, unlit())
+        .light(Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(4.0) })
+        .expect(16, 1.0 / PI);
+}

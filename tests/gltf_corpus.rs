@@ -1,0 +1,199 @@
+//! Every sample glTF file, valid and invalid, through the importer: a model or an error, never a panic, and quickly.
+//!
+//! The samples are reached through the environment variable `RAYO_SAMPLE_ASSETS`; where it is unset these tests say so
+//! and pass. Figures of the known files were counted apart from the importer, from their JSON.
+
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use rayo::{
+    diagnostic::{Diagnostic, Severity},
+    import::gltf,
+    world::Model,
+};
+
+const TIME_LIMIT: Duration = Duration::from_secs(5);
+
+/// The folder of samples, or `None` with a line that says the test was skipped.
+fn samples() -> Option<PathBuf> {
+    let folder = std::env::var_os("RAYO_SAMPLE_ASSETS").map(PathBuf::from);
+    if folder.is_none() {
+        println!("skipped: RAYO_SAMPLE_ASSETS is not set");
+    }
+    folder
+}
+
+fn gltf_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a readable folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn load_in_time(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+    let start = Instant::now();
+    let result = gltf::load(path);
+    assert!(start.elapsed() < TIME_LIMIT, "{} took {:?}", path.display(), start.elapsed());
+    match &result {
+        Ok(model) => assert_sound(model, path),
+        Err(diagnostics) => {
+            let error = diagnostics.iter().find(|d| d.severity == Severity::Error);
+            let error = error.unwrap_or_else(|| panic!("{} fails without an error", path.display()));
+            assert!(!error.message.is_empty());
+            assert!(!error.message.contains("the importer failed"), "{} panics", path.display());
+        }
+    }
+    result
+}
+
+/// What the rest of the program relies on without looking.
+fn assert_sound(model: &Model, path: &Path) {
+    for mesh in &model.meshes {
+        let n = mesh.positions.len();
+        let optional = |len: usize| len == 0 || len == n;
+        assert!(mesh.triangles.as_flattened().iter().all(|&v| (v as usize) < n), "{}", path.display());
+        assert!(optional(mesh.normals.len()) && optional(mesh.tangents.len()) && optional(mesh.colors.len()));
+        assert!(optional(mesh.uvs[0].len()) && optional(mesh.uvs[1].len()));
+        assert!(
+            mesh.normals.iter().all(|v| v.is_normalized()) && mesh.positions.iter().all(|p| p.is_finite())
+        );
+        assert!(mesh.tangents.iter().all(|t| t.truncate().is_normalized() && t.w.abs() == 1.0));
+    }
+    for instance in &model.instances {
+        assert!(instance.mesh.index() < model.meshes.len() && instance.materials.len() == 1);
+        assert!(
+            instance.materials[0].index() < model.materials.len() && instance.to_world.inverse().is_finite()
+        );
+    }
+    assert!(model.textures.iter().all(|t| t.image.index() < model.images.len()));
+}
+
+#[test]
+fn every_sample_loads_or_says_why_not() {
+    let Some(samples) = samples() else { return };
+    let (mut loaded, mut refused) = (0, 0);
+    for path in gltf_files(&samples.join("gltf")) {
+        match load_in_time(&path) {
+            Ok(_) => loaded += 1,
+            Err(diagnostics) => {
+                refused += 1;
+                println!("{}: {}", path.display(), diagnostics[0].message);
+            }
+        }
+    }
+    println!("{loaded} samples load, {refused} are refused");
+}
+
+/// Instances, triangles summed over instances, cameras, lights, decoded images.
+const KNOWN: [(&str, [usize; 5]); 17] = [
+    ("2CylinderEngine-glTF-Binary/2CylinderEngine.glb", [115, 121_496, 1, 0, 0]),
+    ("BoxTextured-glTF/BoxTextured.gltf", [1, 12, 0, 0, 1]),
+    ("BoxTextured-glTF-Embedded/BoxTextured.gltf", [1, 12, 0, 0, 1]),
+    ("CornellBox.glb", [6, 36, 0, 0, 0]),
+    ("DamagedHelmet.glb", [1, 15_452, 0, 0, 4]),
+    ("FlightHelmet/FlightHelmet.gltf", [6, 94_722, 0, 0, 15]),
+    ("Fox.glb", [1, 576, 0, 0, 1]),
+    ("GolfBall.glb", [1, 356, 0, 0, 1]),
+    ("Lights.glb", [1, 12, 1, 4, 0]),
+    ("MorphPrimitivesTest/glTF/MorphPrimitivesTest.gltf", [2, 32, 0, 0, 1]),
+    ("NormalTangentTest.glb", [1, 7_774, 0, 0, 3]),
+    ("PrimitiveModeNormalsTest.glb", [9, 2_562, 0, 0, 1]),
+    ("SpecularTest.glb", [24, 44_828, 0, 0, 1]),
+    ("TwoSidedPlane.glb", [1, 2, 0, 0, 3]),
+    ("cameras/Cameras.gltf", [1, 2, 2, 0, 0]),
+    ("geometry-camera-light.glb", [2, 14, 2, 2, 0]),
+    ("simple-instancing.glb", [1, 12, 0, 0, 0]),
+];
+
+#[test]
+fn known_samples_hold_what_their_json_says() {
+    let Some(samples) = samples() else { return };
+    let mut wrong = Vec::new();
+    for (name, expected) in KNOWN {
+        let path = samples.join("gltf").join(name);
+        let model = load_in_time(&path).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        let triangles = model.instances.iter().map(|i| model.meshes[i.mesh.index()].triangles.len()).sum();
+        let found =
+            [model.instances.len(), triangles, model.cameras.len(), model.lights.len(), model.images.len()];
+        if found != expected {
+            wrong.push(format!("{name}: {found:?}, not {expected:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// MikkTSpace as called here against the tangents that FlightHelmet brings, which Blender's exporter or its like made.
+#[test]
+fn generated_tangents_agree_with_given_ones() {
+    let Some(samples) = samples() else { return };
+    let path = samples.join("gltf/FlightHelmet/FlightHelmet.gltf");
+    let given = load_in_time(&path).expect("a valid sample");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = std::fs::read_to_string(&path).expect("a readable sample");
+    for entry in std::fs::read_dir(path.parent().expect("a folder")).expect("a readable folder").flatten() {
+        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).expect("a copy");
+    }
+    let bare = folder.path().join("bare.gltf");
+    std::fs::write(&bare, text.replace("\"TANGENT\"", "\"_TANGENT\"")).expect("a copy");
+    let generated = load_in_time(&bare).expect("as valid as before");
+    for (given, generated) in given.meshes.iter().zip(&generated.meshes) {
+        let (mut near, mut same_side, mut corners) = (0, 0, 0);
+        for (a, b) in given.triangles.as_flattened().iter().zip(generated.triangles.as_flattened()) {
+            let (a, b) = (given.tangents[*a as usize], generated.tangents[*b as usize]);
+            corners += 1;
+            near += usize::from(a.truncate().dot(b.truncate()) > 0.95);
+            same_side += usize::from(a.w == b.w);
+        }
+        println!("{}: of {corners} corners {near} tangents agree, {same_side} handednesses", given.name);
+        assert!(near * 100 > corners * 95 && same_side * 100 > corners * 99, "{}", given.name);
+    }
+}
+
+/// The Khronos validator's files. What it calls an error we may refuse, warn of, or render all the same; the count is
+/// printed so that a change of heart shows.
+#[test]
+fn invalid_samples_never_panic() {
+    let Some(samples) = samples() else { return };
+    let [mut refused, mut warned, mut accepted, mut refused_valid] = [0, 0, 0, 0];
+    for path in gltf_files(&samples.join("gltf-invalid")) {
+        let result = load_in_time(&path);
+        let report = PathBuf::from(format!("{}.report.json", path.display()));
+        let Ok(report) = std::fs::read(report) else { continue };
+        let report: serde_json::Value = serde_json::from_slice(&report).expect("JSON");
+        let errors = report["issues"]["numErrors"].as_u64().unwrap_or(0);
+        let codes: Vec<_> = (report["issues"]["messages"].as_array().into_iter().flatten())
+            .filter(|m| m["severity"] == 0)
+            .map(|m| m["code"].as_str().unwrap_or("").to_owned())
+            .collect();
+        match (result, errors) {
+            (Err(diagnostics), 0) => {
+                refused_valid += 1;
+                println!("refused, though valid: {}: {}", path.display(), diagnostics[0].message);
+            }
+            (Ok(_), 0) => {}
+            (Err(_), _) => refused += 1,
+            (Ok(model), _) if !model.warnings.is_empty() => warned += 1,
+            (Ok(_), _) => {
+                accepted += 1;
+                println!("accepted: {} {codes:?}", path.display());
+            }
+        }
+    }
+    println!(
+        "with errors by the validator: {refused} refused, {warned} warned of, {accepted} accepted; {refused_valid} valid ones refused"
+    );
+    assert_eq!(refused_valid, 0);
+    assert!(accepted <= 40, "more of what the validator refuses passes without a word than did");
+}

@@ -1,0 +1,172 @@
+//! Real OBJ files, whole and damaged: each is a model or a list of what is wrong, soon and without a panic.
+//!
+//! The files are not ours: the environment variable `RAYO_SAMPLE_ASSETS` names the folder that holds `obj/`.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use rayo::{diagnostic::Diagnostic, import::obj, world::Model};
+
+const LONGEST: Duration = Duration::from_secs(5);
+const MUTATIONS: usize = 2000;
+/// Files up to this size are damaged: small enough for thousands of loads.
+const SMALL: u64 = 8 << 10;
+
+fn samples() -> Option<PathBuf> {
+    let root = std::env::var_os("RAYO_SAMPLE_ASSETS").map(|root| PathBuf::from(root).join("obj"));
+    if root.is_none() {
+        println!("skipped: RAYO_SAMPLE_ASSETS is not set");
+    }
+    root
+}
+
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("the folder is there").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.append(&mut files(&path, extension));
+        } else if path.extension().is_some_and(|e| e == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Loads `path`, and checks what holds for every file whatsoever.
+fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+    let start = Instant::now();
+    let result = obj::load(path);
+    assert!(start.elapsed() < LONGEST, "{} took {:?}", path.display(), start.elapsed());
+    match &result {
+        Ok(model) => check(model),
+        Err(errors) => {
+            assert!(!errors.is_empty() && errors.iter().all(|e| !e.message.is_empty()));
+            assert!(errors.iter().all(|e| !e.message.contains("broke down")), "{errors:?}");
+        }
+    }
+    result
+}
+
+fn check(model: &Model) {
+    assert_eq!(model.meshes.len(), model.instances.len());
+    for instance in &model.instances {
+        let mesh = &model.meshes[instance.mesh.index()];
+        let n = mesh.positions.len();
+        assert!(!mesh.triangles.is_empty());
+        assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < n));
+        assert!(mesh.positions.iter().all(|p| p.is_finite()));
+        assert!(mesh.normals.iter().all(|v| (v.length() - 1.0).abs() < 1e-3));
+        assert!(mesh.uvs[0].iter().all(|uv| uv.is_finite()));
+        for length in [mesh.normals.len(), mesh.uvs[0].len(), mesh.colors.len()] {
+            assert!(length == 0 || length == n);
+        }
+        assert!(mesh.slots.is_empty() || mesh.slots.len() == mesh.triangles.len());
+        assert!(mesh.slots.iter().all(|&slot| usize::from(slot) < instance.materials.len()));
+        assert!(!instance.materials.is_empty());
+        assert!(instance.materials.iter().all(|id| id.index() < model.materials.len()));
+    }
+    assert!(model.textures.iter().all(|t| t.image.index() < model.images.len()));
+}
+
+#[test]
+fn every_sample_is_a_model_or_an_error() {
+    let Some(folder) = samples() else { return };
+    let (mut models, mut triangles, mut warnings, mut refused) = (0, 0, 0, 0);
+    for path in files(&folder, "obj") {
+        let name = path.strip_prefix(&folder).unwrap_or(&path).display();
+        match load(&path) {
+            Ok(model) => {
+                let here: usize = model.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+                println!(
+                    "{name}: {} meshes, {here} triangles, {} materials",
+                    model.meshes.len(),
+                    model.materials.len()
+                );
+                model.warnings.iter().for_each(|w| println!("    {:?}: {}", w.place, w.message));
+                (models, triangles, warnings) =
+                    (models + 1, triangles + here, warnings + model.warnings.len());
+            }
+            Err(errors) => {
+                println!("{name}: refused");
+                errors.iter().for_each(|e| println!("    {:?}: {}", e.place, e.message));
+                refused += 1;
+            }
+        }
+    }
+    println!("{models} models, {triangles} triangles, {warnings} warnings; {refused} files refused");
+    assert!(models > 30, "only {models} of the samples are models");
+}
+
+#[test]
+fn damaged_samples_do_no_harm() {
+    let Some(folder) = samples() else { return };
+    let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() <= SMALL);
+    let read = |path: PathBuf| fs::read(path).expect("it can be read");
+    let objs: Vec<_> = files(&folder, "obj").into_iter().filter(small).map(read).collect();
+    let mtls: Vec<_> = files(&folder, "mtl").into_iter().filter(small).map(read).collect();
+    let place = tempfile::tempdir().expect("a folder for temporary files");
+    let (obj, mtl) = (place.path().join("a.obj"), place.path().join("a.mtl"));
+    let mut random = Random(0x7261_796F);
+    let mut models = 0;
+    for _ in 0..MUTATIONS {
+        let mut bytes = b"mtllib a.mtl\n".to_vec();
+        bytes.extend(random.damaged(&objs));
+        fs::write(&obj, bytes).expect("it can be written");
+        fs::write(&mtl, random.damaged(&mtls)).expect("it can be written");
+        models += usize::from(load(&obj).is_ok());
+    }
+    println!("{models} of {MUTATIONS} damaged files are models still");
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
+    }
+
+    /// One of `all` with one to eight injuries: bytes changed, cut out, doubled, or replaced by what parsers dislike.
+    fn damaged(&mut self, all: &[Vec<u8>]) -> Vec<u8> {
+        const NASTY: [&[u8]; 16] = [
+            b"-1",
+            b"0",
+            b"99999999999999999999",
+            b"-9223372036854775808",
+            b"nan",
+            b"-inf",
+            b"1e39",
+            b"/",
+            b"//",
+            b"\\\n",
+            b"#",
+            b"\0",
+            b"\xFF\xFE",
+            b"\nf 1 2 3 4 5\n",
+            b"\nusemtl \n",
+            b"\no\n",
+        ];
+        let mut bytes = all[self.below(all.len())].clone();
+        for _ in 0..=self.below(8) {
+            let at = self.below(bytes.len());
+            let end = (at + self.below(20)).min(bytes.len());
+            match self.below(5) {
+                0 if !bytes.is_empty() => bytes[at] = self.below(256) as u8,
+                1 => drop(bytes.drain(at..end)),
+                2 => bytes.extend_from_within(at..end),
+                3 => drop(bytes.splice(at..end, NASTY[self.below(NASTY.len())].iter().copied())),
+                _ => bytes.truncate(bytes.len() - self.below(bytes.len() / 4)),
+            }
+        }
+        bytes
+    }
+}
