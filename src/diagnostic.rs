@@ -219,3 +219,65 @@ fn one_line(text: &str) -> Cow<'_, str> {
         text => text,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(source: &str, range: Range<usize>) -> Place {
+        Place::Span { source: source.into(), range }
+    }
+
+    #[test]
+    fn every_place_is_shown() {
+        let shown = |place| render(&[Diagnostic::error("a/b.glb", place, "is wrong").help("do this")], false);
+        assert!(shown(Place::File).contains("a/b.glb\n"));
+        assert!(shown(Place::Line(7)).contains("a/b.glb:7\n"));
+        assert!(shown(Place::Pointer("/meshes/0".into())).contains("a/b.glb#/meshes/0\n"));
+        let text = shown(span("x = 1\ny = «ü» # z\n", 12..14));
+        assert!(text.contains("a/b.glb:2:6\n") && text.contains("2 | y = «ü» # z\n  |      ^\n"), "{text}");
+        assert!(text.starts_with("error: is wrong\n") && text.contains("help: do this"), "{text}");
+    }
+
+    /// Places that are not in the text at all, or within a character, are shown somehow.
+    #[test]
+    fn odd_places() {
+        for range in [0..0, 5..6, 6..6, 100..200, Range { start: 3, end: 1 }, 2..3] {
+            for text in ["", "x = ü\n", "\r\n\r\n", "\t\u{9b}\u{301}x"] {
+                assert!(
+                    render(&[Diagnostic::error("f", span(text, range.clone()), "m")], true).contains('m')
+                );
+            }
+        }
+        let long = "x".repeat(100_000);
+        let text = render(&[Diagnostic::error("f", span(&long, 50_000..50_001), long.clone())], false);
+        assert!(text.len() < 2000 && text.contains("f:1:50001"), "{}", text.len());
+    }
+
+    #[test]
+    fn errors_come_first_and_are_counted() {
+        let all: Vec<_> = (0..PRINTED + 7)
+            .map(|i| Diagnostic::error("f", Place::Line(i + 1), "wrong"))
+            .chain([Diagnostic::warning("f", Place::File, "odd")])
+            .rev()
+            .collect();
+        let text = render(&all, false);
+        assert_eq!(text.matches("error: wrong").count(), PRINTED);
+        assert!(text.contains("and 7 more errors\n") && text.trim_end().ends_with('f'), "{text}");
+    }
+
+    #[test]
+    fn what_was_meant() {
+        let known = ["samples", "size", "seed", "crop"];
+        for (name, meant) in [
+            ("sampels", Some("samples")),
+            ("Samples", Some("samples")),
+            ("sede", Some("seed")),
+            ("siz", Some("size")),
+            ("aperture", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(name, known), meant, "{name}");
+        }
+    }
+}

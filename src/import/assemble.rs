@@ -1,6 +1,9 @@
 //! Everything that a scene file names, loaded and put together.
 
-use std::{collections::HashMap, path::PathBuf};
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+};
 
 use glam::{Affine3A, Vec3};
 
@@ -13,15 +16,30 @@ use crate::{
     output, render,
     scene::{CameraSource, EnvironmentSource, EnvironmentSourceKind, Lens, ModelSource, ValidScene},
     world::{
-        Camera, ColorSpace, Environment, EnvironmentKind, ImageId, Instance, Material, Model, Projection,
-        Surface, Texture, World,
+        Camera, ColorSpace, Environment, EnvironmentKind, Image, ImageId, Instance, Material, Model,
+        Projection, Surface, Texture, World,
     },
 };
 
 /// Loads the models and images of `scene`: each file once, however often it is used. All that is wrong with any of
 /// them is reported; warnings are in the world's model.
 pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
+    assemble_with(Loaders { model: super::model, image: image::load }, scene)
+}
+
+/// How files are read.
+#[derive(Clone, Copy)]
+struct Loaders {
+    model: fn(&Path) -> Result<Model, Vec<Diagnostic>>,
+    image: fn(&Path) -> Result<Image, Diagnostic>,
+}
+
+fn assemble_with(
+    loaders: Loaders,
+    scene: ValidScene,
+) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
     let mut assembly = Assembly {
+        loaders,
         file: scene.file.clone(),
         model: Model { materials: scene.materials, warnings: scene.warnings, ..Model::default() },
         images: HashMap::new(),
@@ -70,6 +88,7 @@ pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::S
 }
 
 struct Assembly {
+    loaders: Loaders,
     file: PathBuf,
     model: Model,
     images: HashMap<PathBuf, Option<ImageId>>,
@@ -87,11 +106,11 @@ struct Asset {
 
 impl Assembly {
     /// The image in a file; `None` where it cannot be read.
-    fn image(&mut self, file: &PathBuf, place: &Place) -> Option<ImageId> {
+    fn image(&mut self, file: &Path, place: &Place) -> Option<ImageId> {
         if let Some(known) = self.images.get(file) {
             return *known;
         }
-        let id = match image::load(file) {
+        let id = match (self.loaders.image)(file) {
             Ok(image) => {
                 self.model.images.push(image);
                 Some(ImageId(self.model.images.len() as u32 - 1))
@@ -102,7 +121,7 @@ impl Assembly {
                 None
             }
         };
-        self.images.insert(file.clone(), id);
+        self.images.insert(file.to_owned(), id);
         id
     }
 
@@ -126,7 +145,7 @@ impl Assembly {
         // Two names of one file are one file.
         let file = std::fs::canonicalize(&source.file).unwrap_or_else(|_| source.file.clone());
         if !self.assets.contains_key(&file) {
-            let asset = match super::model(&source.file) {
+            let asset = match (self.loaders.model)(&source.file) {
                 Ok(mut model) => {
                     let offsets = merge::append(&mut self.model, &mut model);
                     Some(Asset { model, offsets })
@@ -203,7 +222,7 @@ fn camera(
     settings: &render::Settings,
     world: &World,
     cameras: &[Camera],
-    file: &PathBuf,
+    file: &Path,
 ) -> Result<Camera, Option<Diagnostic>> {
     let aspect = settings.size[0] as f32 / settings.size[1].max(1) as f32;
     match source {
@@ -237,7 +256,7 @@ fn diameter(lens: Lens, projection: Projection) -> f32 {
     }
 }
 
-fn no_camera(name: Option<&str>, cameras: &[Camera], place: &Place, file: &PathBuf) -> Diagnostic {
+fn no_camera(name: Option<&str>, cameras: &[Camera], place: &Place, file: &Path) -> Diagnostic {
     let names = || cameras.iter().map(|camera| camera.name.as_str());
     let error = |message: String| Diagnostic::error(file, place.clone(), message);
     match name {
@@ -276,3 +295,6 @@ fn is_dark(world: &World) -> bool {
     };
     !environment && world.model.lights.is_empty() && !world.model.materials.iter().any(shines)
 }
+
+#[cfg(test)]
+mod tests;

@@ -135,8 +135,9 @@ pub(super) fn frame(bounds: &Bounds, projection: Projection, aspect: f32) -> Cam
         }
         Projection::Orthographic { .. } => 3.0 * radius,
     };
-    // What is flat, or a point, is not to be looked at from within.
-    let distance = distance.max(1.5 * radius);
+    // A point, or a line along the view, is not to be touched.
+    let nearest = bounds.corners().map(|corner| (corner - center).dot(back)).into_iter().fold(0.0, f64::max);
+    let distance = distance.max(nearest + 0.2 * radius);
     let matrix3 = Mat3A::from_cols(right.as_vec3a(), up.as_vec3a(), back.as_vec3a());
     let translation = (center + distance * back).as_vec3a();
     Camera {
@@ -153,4 +154,76 @@ pub(super) fn distance_along_view(camera: &Camera, bounds: &Bounds) -> f32 {
     let back = camera.to_world.matrix3.z_axis.as_dvec3();
     let depth = (camera.to_world.translation.as_dvec3() - bounds.center()).dot(back);
     depth.max(0.01 * bounds.radius()) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, Vec3};
+
+    use super::*;
+    use crate::world::{Environment, EnvironmentKind, MaterialId, Model, Sphere};
+
+    /// Where a point is in the picture: ±1 at its edges.
+    fn in_picture(camera: &Camera, aspect: f32, point: DVec3) -> DVec2 {
+        let p =
+            camera.to_world.matrix3.transpose().as_dmat3() * (point - camera.to_world.translation.as_dvec3());
+        let Projection::Perspective { vfov } = camera.projection else { panic!("is perspective") };
+        let high = f64::from((vfov / 2.0).tan()) * -p.z;
+        assert!(p.z < 0.0, "is in front");
+        DVec2::new(p.x / (high * f64::from(aspect)), p.y / high)
+    }
+
+    #[test]
+    fn everything_is_in_the_picture() {
+        let boxes = [
+            (DVec3::NEG_ONE, DVec3::ONE),
+            (DVec3::new(-100.0, 0.0, -1.0), DVec3::new(100.0, 1.0, 1.0)),
+            (DVec3::new(0.0, 0.0, 0.0), DVec3::new(0.0, 5.0, 0.0)),
+            (DVec3::splat(7.0), DVec3::splat(7.0)),
+            (DVec3::splat(-1e12), DVec3::splat(1e12)),
+            (DVec3::splat(-1e-5), DVec3::splat(1e-5)),
+        ];
+        for (min, max) in boxes {
+            let bounds = Bounds { min, max };
+            for aspect in [0.1, 1.0, 16.0 / 9.0, 10.0] {
+                for vfov in [5f32, 35.0, 120.0] {
+                    let projection = Projection::Perspective { vfov: vfov.to_radians() };
+                    let camera = frame(&bounds, projection, aspect);
+                    assert!(camera.to_world.is_finite() && camera.focus > 0.0);
+                    let places = bounds
+                        .corners()
+                        .map(|corner| in_picture(&camera, aspect, corner).abs().max_element());
+                    let farthest = places.into_iter().fold(0.0, f64::max);
+                    assert!(farthest < 0.95, "{bounds:?} {aspect} {vfov}: {farthest}");
+                    if bounds.half_diagonal() > 0.0 && vfov < 100.0 && aspect > 0.5 {
+                        assert!(farthest > 0.8, "{bounds:?} {aspect} {vfov}: wastes the picture, {farthest}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_is_no_subject() {
+        let sphere =
+            |y: f32, radius: f32| Sphere { center: Vec3::new(0.0, y, 0.0), radius, material: MaterialId(0) };
+        let mut world = World {
+            model: Model::default(),
+            spheres: vec![sphere(-1000.0, 1000.0), sphere(1.0, 1.0)],
+            quads: Vec::new(),
+            environment: Environment {
+                kind: EnvironmentKind::Color(Vec3::ONE),
+                strength: 1.0,
+                rotation: 0.0,
+                visible: true,
+            },
+            camera: frame(&Bounds::UNIT, USUAL, 1.0),
+        };
+        let subject = Bounds { min: DVec3::new(-1.0, 0.0, -1.0), max: DVec3::new(1.0, 2.0, 1.0) };
+        assert_eq!(Bounds::of_subject(&world), subject);
+        world.spheres.truncate(1);
+        assert_eq!(Bounds::of_subject(&world).radius(), 1000.0 * 3f64.sqrt(), "alone it is the subject");
+        world.spheres.clear();
+        assert_eq!(Bounds::of_subject(&world), Bounds::UNIT);
+    }
 }

@@ -17,7 +17,7 @@ use super::{
     model,
 };
 use crate::{
-    diagnostic::Diagnostic,
+    diagnostic::{Diagnostic, Place},
     world::{
         Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Material, MaterialId, Mesh,
         MeshId, Projection, Quad, Surface, World,
@@ -58,19 +58,18 @@ const MOVES: u32 = 40;
 pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>> {
     let model = model(path)?;
     let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
-    let [bottom, top] = SURROUNDING.map(Vec3::splat);
     let mut world = World {
         model,
         spheres: Vec::new(),
         quads: Vec::new(),
-        environment: Environment {
-            kind: EnvironmentKind::Gradient { bottom, top },
-            strength: 1.0,
-            rotation: 0.0,
-            visible: true,
-        },
+        environment: surrounding(),
         camera: framing::frame(&Bounds::UNIT, framing::USUAL, aspect as f32),
     };
+    if world.model.instances.is_empty() {
+        let warning = Diagnostic::warning(path, Place::File, "there is nothing to be seen in this file")
+            .help("it has no triangles, or no scene that shows them");
+        world.model.warnings.push(warning);
+    }
     let bounds = Bounds::of_subject(&world);
     world.camera = match world.model.cameras.first() {
         Some(own) => own.clone(),
@@ -78,6 +77,16 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
     };
     furnish(&mut world, &bounds, aspect);
     Ok(world)
+}
+
+fn surrounding() -> Environment {
+    let [bottom, top] = SURROUNDING.map(Vec3::splat);
+    Environment {
+        kind: EnvironmentKind::Gradient { bottom, top },
+        strength: 1.0,
+        rotation: 0.0,
+        visible: true,
+    }
 }
 
 /// Adds lights and backdrop around what is within `bounds`.
@@ -266,3 +275,6 @@ impl Set {
         mesh
     }
 }
+
+#[cfg(test)]
+mod tests;

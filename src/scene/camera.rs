@@ -10,7 +10,8 @@ use super::{
     CameraSource, Lens,
     context::Context,
     range::{above, from},
-    table::{Keys, Read, Value, inline_schema, kind, table},
+    read::{Read, Value, kind},
+    table::{Keys, inline_schema, table},
     vector::{Direction, Triple},
 };
 use crate::world::{Camera as Placed, Projection};

@@ -2,7 +2,8 @@
 
 use super::{
     context::Context,
-    table::{Value, kind, list},
+    read::{Value, kind},
+    table::list,
 };
 use crate::diagnostic::quote;
 
@@ -46,8 +47,8 @@ macro_rules! choice {
             $(#[serde(rename = $text)] $variant,)*
         }
 
-        impl $crate::scene::table::Read for $name {
-            fn read(value: &$crate::scene::table::Value, cx: &mut $crate::scene::context::Context) -> Option<Self> {
+        impl $crate::scene::read::Read for $name {
+            fn read(value: &$crate::scene::read::Value, cx: &mut $crate::scene::context::Context) -> Option<Self> {
                 match $crate::scene::choice::choose(value, &[$($text),*], &[$($($later),*)?], cx)? {
                     $($text => Some(Self::$variant),)*
                     _ => None,

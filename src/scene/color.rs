@@ -8,7 +8,7 @@ use toml::de::DeValue;
 use super::{
     context::Context,
     range::read_array,
-    table::{Read, Value, kind},
+    read::{Read, Value, kind},
 };
 
 const FORMS: &str = "a number (grey), three numbers (linear Rec.709) or \"#rrggbb\" (sRGB)";

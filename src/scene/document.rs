@@ -12,8 +12,9 @@ use super::{
     model::Model,
     output::Output,
     primitive::{Quad, Sphere},
+    read::{Named, Value},
     render::Render,
-    table::{Named, Value, table},
+    table::table,
 };
 use crate::world::MaterialId;
 
@@ -45,7 +46,7 @@ impl Document {
     /// Reads what the sections mean. What is wrong is found in `cx`; the scene is only of use where nothing is.
     pub fn read_scene(value: &Value, cx: &mut Context) -> Option<ValidScene> {
         cx.materials = material_names(value);
-        <Self as super::table::Read>::read(value, cx)?.resolve(cx)
+        <Self as super::read::Read>::read(value, cx)?.resolve(cx)
     }
 
     fn resolve(self, cx: &mut Context) -> Option<ValidScene> {

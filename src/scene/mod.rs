@@ -9,7 +9,7 @@
 //! | `render`, `camera`, `environment`, `material` (with `texture`), `primitive`, `model`, `light`, `output` | the tables of that name |
 //! | `document` | the whole file |
 //! | `table`, `choice` | how tables and closed sets of strings are declared and read |
-//! | `range`, `vector`, `color`, `time`, `path` | the values on the right of a key |
+//! | `read`, `range`, `vector`, `color`, `time`, `path` | the values on the right of a key |
 //! | `context` | what was found wrong so far |
 
 mod camera;
@@ -26,6 +26,7 @@ mod output;
 mod path;
 mod primitive;
 mod range;
+mod read;
 mod render;
 mod table;
 mod texture;

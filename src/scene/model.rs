@@ -7,7 +7,8 @@ use super::{
     context::Context,
     path::ModelFile,
     primitive::MaterialName,
-    table::{Named, table},
+    read::Named,
+    table::table,
     vector::{Scale, Triple},
 };
 

@@ -10,7 +10,8 @@ use super::{
     context::Context,
     path::OutputFile,
     range::from,
-    table::{Read, Value, inline_schema, kind, table},
+    read::{Read, Value, kind},
+    table::{inline_schema, table},
 };
 use crate::output::{Depth, Settings, View};
 
@@ -21,7 +22,7 @@ table! {
         file: Option<OutputFile>,
         /// How light becomes the numbers of a PNG: "srgb", "gamma2" (square root) or "raw" (no curve).
         view: ViewName = ViewName::Srgb,
-        /// Stops: light is multiplied by 2 to this power.
+        /// Stops, for PNG: light is multiplied by 2 to this power.
         exposure: f32 = 0.0; from(-64.0).to(64.0),
         /// 8 or 16 bits for .png, "half" or "float" for .exr. Without it: 8, half.
         depth: Option<DepthName>,

@@ -6,7 +6,8 @@ use schemars::{Schema, json_schema};
 
 use super::{
     context::Context,
-    table::{Read, Value, inline_schema, kind, list},
+    read::{Read, Value, kind},
+    table::{inline_schema, list},
 };
 use crate::diagnostic::quote;
 

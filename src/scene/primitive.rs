@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::{
     context::Context,
     range::above,
-    table::{Read, Value, inline_schema, kind, table},
+    read::{Read, Value, kind},
+    table::{inline_schema, table},
     vector::{Direction, Triple},
 };
 use crate::world::{self, MaterialId};

@@ -5,7 +5,7 @@ use toml::de::DeValue;
 
 use super::{
     context::Context,
-    table::{Read, Value, kind},
+    read::{Read, Value, kind},
 };
 
 /// Lengths and everything else stay below this, so that squares and products of two stay finite in `f32`.

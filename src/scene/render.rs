@@ -8,7 +8,8 @@ use super::{
     choice::choice,
     context::Context,
     range::{above, from, read_array},
-    table::{Read, Value, inline_schema, table},
+    read::{Read, Value},
+    table::{inline_schema, table},
     time::Time,
 };
 use crate::render::{Bounces as BounceLimits, FilterKind, PixelFilter, Settings};

@@ -10,7 +10,8 @@ use super::{
     color::Color,
     context::Context,
     path::ImageFile,
-    table::{Keys, Read, Value, inline_schema, table},
+    read::{Read, Value},
+    table::{Keys, inline_schema, table},
     vector::Pair,
 };
 use crate::{

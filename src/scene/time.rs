@@ -8,7 +8,8 @@ use toml::de::DeValue;
 use super::{
     context::Context,
     range::read_f64,
-    table::{Read, Value, inline_schema},
+    read::{Read, Value},
+    table::inline_schema,
 };
 
 /// A year: nobody waits longer.

@@ -6,8 +6,11 @@ use crate::{
     scene::{load, parse},
 };
 
-/// (text, [(line, column, part of the message or help)]): these errors and no others, in this order.
-const CASES: &[(&str, &[(usize, usize, &str)])] = &[
+/// Line, column, part of the message or help.
+type Expected = (usize, usize, &'static str);
+
+/// These errors and no others, in this order.
+const CASES: &[(&str, &[Expected])] = &[
     // Keys and types.
     ("[render]\nsampels = 1\n", &[(2, 1, "did you mean `samples`?")]),
     ("[rendr]\n", &[(1, 2, "did you mean `render`?")]),
