@@ -15,7 +15,10 @@ use std::{
     path::Path,
 };
 
-use super::text::{name_without_comment, statements, without_comment};
+use super::{
+    corner::{self, Counts},
+    text::{name_without_comment, shorten, statements, without_comment},
+};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// Errors are reported up to this many, then counted.
@@ -64,14 +67,6 @@ pub(super) struct Face {
     pub material: Option<u32>,
     /// 0: flat.
     pub smoothing: u32,
-}
-
-/// How many statements of each kind there are, so far or in all.
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    v: usize,
-    vt: usize,
-    vn: usize,
 }
 
 impl Clean {
@@ -215,7 +210,8 @@ impl Pass {
     }
 
     fn polygon(&mut self, rest: &str, line: usize) -> Result<(), String> {
-        let corners = without_comment(rest).split_whitespace().map(|word| self.corner(word));
+        let corners =
+            without_comment(rest).split_whitespace().map(|word| corner::read(word, self.seen, self.all));
         let corners = corners.collect::<Result<Vec<_>, _>>()?;
         if corners.len() < 3 {
             self.note("faces of fewer than three corners", line, rest);
@@ -233,26 +229,6 @@ impl Pass {
         let face = *self.current();
         self.out.faces.push(face);
         Ok(())
-    }
-
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn` as the indices of the cleaned text.
-    fn corner(&self, word: &str) -> Result<[usize; 3], String> {
-        let mut parts = word.split('/');
-        let v = parts.next().unwrap_or_default();
-        let [vt, vn] = [(); 2].map(|()| parts.next().unwrap_or_default());
-        if parts.next().is_some() {
-            return Err(format!("`{}` is no corner: at most v/vt/vn", shorten(word)));
-        }
-        // Index 1 of `vt` and `vn` is the mark of "missing".
-        let optional = |index: &str, what, seen, all| match index {
-            "" => Ok(1),
-            index => Ok::<_, String>(resolve(index, what, seen, all)? + 1),
-        };
-        Ok([
-            resolve(v, "vertex", self.seen.v, self.all.v)?,
-            optional(vt, "texture coordinate", self.seen.vt, self.all.vt)?,
-            optional(vn, "normal", self.seen.vn, self.all.vn)?,
-        ])
     }
 
     fn current(&mut self) -> &mut Face {
@@ -298,21 +274,6 @@ impl Pass {
     }
 }
 
-/// The 1-based absolute index. Negative ones count back from the statements `seen` so far.
-fn resolve(index: &str, what: &str, seen: usize, all: usize) -> Result<usize, String> {
-    let number: i64 = index.parse().map_err(|_| match index {
-        "" => format!("a corner without a {what}"),
-        _ => format!("`{}` is no index of a {what}", shorten(index)),
-    })?;
-    let absolute = if number < 0 { seen as i64 + 1 + number } else { number };
-    match usize::try_from(absolute) {
-        Ok(0) if number == 0 => Err(format!("a {what} of index 0: OBJ counts from 1")),
-        Ok(i) if (1..=all).contains(&i) => Ok(i),
-        _ if number < 0 => Err(format!("{what} {number} does not exist: {seen} precede this face")),
-        _ => Err(format!("{what} {number} does not exist: the file has {all}")),
-    }
-}
-
 /// The words of a statement; `None` for one that is no finite number.
 fn numbers(rest: &str) -> impl Iterator<Item = Option<&str>> {
     without_comment(rest).split_whitespace().map(finite)
@@ -324,15 +285,6 @@ fn finite(word: &str) -> Option<&str> {
 
 fn push(text: &mut String, words: impl Display) {
     let _ = write!(text, "{words}"); // Writing to a `String` does not fail.
-}
-
-/// A word of the user's file, short enough for a message.
-pub(super) fn shorten(word: &str) -> String {
-    const LONGEST: usize = 40;
-    match word.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &word[..end]),
-        None => word.to_owned(),
-    }
 }
 
 #[cfg(test)]

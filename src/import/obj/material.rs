@@ -20,23 +20,19 @@
 //! | `bump` | normal map where the image holds unit vectors; heights are passed over | always a normal map |
 //! | no material | Lambert, 0.8 | the same |
 
-use std::{
-    collections::{HashMap, HashSet},
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::Vec3;
 
 use super::{
-    locate::locate,
     mtl::{Map, Mtl},
+    textures::{Textures, has_alpha, holds_normals},
 };
 use crate::{
-    diagnostic::{Diagnostic, Place, Severity},
-    import::image,
+    diagnostic::{Diagnostic, Place},
     world::{
-        Alpha, ColorInput, ColorSpace, Emission, Filter, Fresnel, Image, ImageId, Material, Model, NormalMap,
-        Pbr, ScalarInput, Surface, Texels, Texture, TextureId, TextureRef, Wrap,
+        Alpha, ColorInput, ColorSpace, Emission, Fresnel, Material, NormalMap, Pbr, ScalarInput, Surface,
+        TextureRef,
     },
 };
 
@@ -52,22 +48,12 @@ pub(super) fn default(vertex_colors: bool) -> Material {
     Material { vertex_colors, ..Material::new("default", Surface::Diffuse { color }) }
 }
 
-/// Turns MTL materials into the model's, and loads the images that they name, each once.
+/// Turns MTL materials into the model's.
 pub(super) struct Converter<'a> {
-    /// The folder of the OBJ file: a second place to look for images.
-    pub folder: &'a Path,
-    pub model: &'a mut Model,
-    images: HashMap<PathBuf, Option<ImageId>>,
-    textures: HashMap<Texture, TextureId>,
-    missing: HashSet<String>,
+    pub textures: Textures<'a>,
 }
 
-impl<'a> Converter<'a> {
-    pub fn new(folder: &'a Path, model: &'a mut Model) -> Self {
-        let (images, textures, missing) = Default::default();
-        Self { folder, model, images, textures, missing }
-    }
-
+impl Converter<'_> {
     /// `library` is the file that `mtl` stands in.
     pub fn material(&mut self, mtl: &Mtl, library: &Path) -> Material {
         let maps = &mtl.maps;
@@ -128,22 +114,22 @@ impl<'a> Converter<'a> {
             }
             return ScalarInput::constant(given);
         };
-        let Some(texture) = self.texture(map, ColorSpace::Linear, library) else {
+        let Some(texture) = self.textures.get(map, ColorSpace::Linear, library) else {
             return ScalarInput::constant(given);
         };
-        let has_alpha = self.image(texture).is_some_and(has_alpha);
+        let has_alpha = self.textures.image(texture).is_some_and(has_alpha);
         let channel = map.channel.unwrap_or(if has_alpha { 3 } else { 0 });
         ScalarInput { factor: 1.0, texture: Some((texture, channel)) }
     }
 
     fn normal(&mut self, mtl: &Mtl, library: &Path) -> Option<NormalMap> {
         if let Some(map) = &mtl.maps.normal {
-            let texture = self.texture(map, ColorSpace::Linear, library)?;
+            let texture = self.textures.get(map, ColorSpace::Linear, library)?;
             return Some(NormalMap { texture, scale: map.strength });
         }
         let map = mtl.maps.bump.as_ref()?;
-        let texture = self.texture(map, ColorSpace::Linear, library)?;
-        if self.image(texture).is_some_and(holds_normals) {
+        let texture = self.textures.get(map, ColorSpace::Linear, library)?;
+        if self.textures.image(texture).is_some_and(holds_normals) {
             return Some(NormalMap { texture, scale: map.strength });
         }
         let message = format!("`{}`: the heights in `{}` are passed over", mtl.name, map.file);
@@ -153,7 +139,7 @@ impl<'a> Converter<'a> {
 
     fn scalar(&mut self, factor: f32, map: Option<&Map>, library: &Path) -> ScalarInput {
         let texture =
-            map.and_then(|map| Some((self.texture(map, ColorSpace::Linear, library)?, map.channel)));
+            map.and_then(|map| Some((self.textures.get(map, ColorSpace::Linear, library)?, map.channel)));
         match texture {
             Some((texture, channel)) => {
                 ScalarInput { factor: 1.0, texture: Some((texture, channel.unwrap_or(0))) }
@@ -163,60 +149,11 @@ impl<'a> Converter<'a> {
     }
 
     fn color_map(&mut self, map: &Option<Map>, library: &Path) -> Option<TextureRef> {
-        self.texture(map.as_ref()?, ColorSpace::Srgb, library)
-    }
-
-    fn texture(&mut self, map: &Map, color_space: ColorSpace, library: &Path) -> Option<TextureRef> {
-        let image = self.load(map, library)?;
-        let wrap = if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
-        let key = Texture { image, color_space, wrap_u: wrap, wrap_v: wrap, filter: Filter::Linear };
-        let texture = *self.textures.entry(key).or_insert_with(|| {
-            self.model.textures.push(key);
-            TextureId(self.model.textures.len() as u32 - 1)
-        });
-        // -s and -o act where v runs up: v' = 1 − (s (1 − v) + o).
-        let [[su, sv], [ou, ov]] = [map.scale, map.offset];
-        let transform =
-            Affine2::from_scale_angle_translation(Vec2::new(su, sv), 0.0, Vec2::new(ou, 1.0 - sv - ov));
-        Some(TextureRef { texture, uv_set: 0, transform })
-    }
-
-    fn load(&mut self, map: &Map, library: &Path) -> Option<ImageId> {
-        let folders = [library.parent().unwrap_or(self.folder), self.folder];
-        let Some(path) = locate(&folders, &map.file) else {
-            if self.missing.insert(map.file.clone()) {
-                let message = format!("the texture `{}` was not found; its material does without", map.file);
-                let help = "put it beside the file that names it, or correct the name";
-                self.model
-                    .warnings
-                    .push(Diagnostic::warning(library, Place::Line(map.line), message).help(help));
-            }
-            return None;
-        };
-        if let Some(&known) = self.images.get(&path) {
-            return known;
-        }
-        let loaded = match image::load(&path) {
-            Ok(image) => {
-                self.model.images.push(image);
-                Some(ImageId(self.model.images.len() as u32 - 1))
-            }
-            Err(diagnostic) => {
-                self.model.warnings.push(Diagnostic { severity: Severity::Warning, ..diagnostic });
-                None
-            }
-        };
-        self.images.insert(path, loaded);
-        loaded
-    }
-
-    fn image(&self, texture: TextureRef) -> Option<&Image> {
-        let texture = self.model.textures.get(texture.texture.index())?;
-        self.model.images.get(texture.image.index())
+        self.textures.get(map.as_ref()?, ColorSpace::Srgb, library)
     }
 
     fn warn(&mut self, library: &Path, line: usize, message: String) {
-        self.model.warnings.push(Diagnostic::warning(library, Place::Line(line), message));
+        self.textures.model.warnings.push(Diagnostic::warning(library, Place::Line(line), message));
     }
 }
 
@@ -286,45 +223,18 @@ fn glass_tint(mtl: &Mtl) -> Vec3 {
     given.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-fn has_alpha(image: &Image) -> bool {
-    match &image.texels {
-        Texels::Rgba8(texels) => texels.iter().any(|t| t[3] < u8::MAX),
-        Texels::Rgba16(texels) => texels.iter().any(|t| t[3] < u16::MAX),
-        Texels::RgbF32(_) => false,
-    }
-}
-
-/// Whether nearly all texels, read as 2c − 1, are unit vectors that point outward. (A grey one would need c = 0.79.)
-fn holds_normals(image: &Image) -> bool {
-    let is_normal = |c: Vec3| {
-        let n = 2.0 * c - 1.0;
-        (n.length() - 1.0).abs() < 0.1 && n.z > 0.0 && (n.x - n.z).abs().max((n.y - n.z).abs()) > 0.05
-    };
-    let (normals, all) = match &image.texels {
-        Texels::Rgba8(t) => (
-            t.iter().filter(|t| is_normal(Vec3::new(t[0].into(), t[1].into(), t[2].into()) / 255.0)).count(),
-            t.len(),
-        ),
-        Texels::Rgba16(t) => (
-            t.iter()
-                .filter(|t| is_normal(Vec3::new(t[0].into(), t[1].into(), t[2].into()) / 65535.0))
-                .count(),
-            t.len(),
-        ),
-        Texels::RgbF32(t) => (t.iter().filter(|&&t| is_normal(t.into())).count(), t.len()),
-    };
-    normals as f64 > 0.9 * all as f64
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
-    use crate::import::obj::mtl;
+    use crate::{import::obj::mtl, world::Model};
 
     fn convert(text: &str, folder: &Path) -> (Material, Model) {
         let (all, _) = mtl::parse(&format!("newmtl m\n{text}"), &folder.join("a.mtl"));
         let mut model = Model::default();
-        let material = Converter::new(folder, &mut model).material(&all[0], &folder.join("a.mtl"));
+        let material = Converter { textures: Textures::new(folder, &mut model) }
+            .material(&all[0], &folder.join("a.mtl"));
         (material, model)
     }
 

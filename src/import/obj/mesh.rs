@@ -40,11 +40,10 @@ enum Normal {
 }
 
 /// `faces` belong to `object`, in order. `None` where an index is out of range, which the cleaned text rules out.
-pub(super) fn build(object: &tobj::Mesh, faces: &[Face]) -> Option<Built> {
+pub(super) fn build(object: &tobj::Mesh, faces: &[Face], triangulator: &mut Triangulator) -> Option<Built> {
     let source = Source::new(object, faces)?;
     let mut vertices = Vertices::new(&source);
     let mut built = Built { mesh: Mesh::default(), slots: Vec::new(), left_out: 0, without_slot: 0 };
-    let mut triangulator = Triangulator::default();
     let (mut corners, mut indices) = (Vec::new(), Vec::new());
     let mut slot_of: HashMap<Option<u32>, u16> = HashMap::new();
     for (number, polygon) in source.polygons.iter().enumerate() {

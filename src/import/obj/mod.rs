@@ -1,21 +1,23 @@
 //! Wavefront OBJ with its material libraries (MTL) into a [`Model`]: one mesh and instance for each object (`o`), with
 //! a slot for each of its materials.
 //!
-//! [`text`] makes statements of bytes, [`clean`] rewrites them so that `tobj` reads them without a choice of its own,
-//! [`mesh`] makes triangles of what it returns ([`polygon`]) and supplies normals; [`mtl`] reads material libraries,
-//! [`material`] says what they mean, [`locate`] finds the files they name.
+//! `text` makes statements of bytes, `clean` rewrites them so that `tobj` reads them without a choice of its own,
+//! `mesh` makes triangles of what it returns (`polygon`) and supplies normals; `mtl` reads material libraries,
+//! `material` says what they mean, `textures` loads their images, `locate` finds the files they name.
 //!
 //! Units and axes are the file's: OBJ says neither, and most programs write metres with +Y up. Lines, points and
 //! free-form surfaces are passed over with a warning; so are a missing library or texture, and faces with a corner
 //! that is not finite. What cannot be read at all, or refers to what is not there, is an error with its line.
 
 mod clean;
+mod corner;
 mod locate;
 mod material;
 mod mesh;
 mod mtl;
 mod polygon;
 mod text;
+mod textures;
 
 use std::{
     collections::HashMap,
@@ -27,7 +29,7 @@ use std::{
 
 use glam::Affine3A;
 
-use self::{clean::Clean, material::Converter, mtl::Mtl};
+use self::{clean::Clean, material::Converter, mtl::Mtl, polygon::Triangulator, textures::Textures};
 use crate::{
     diagnostic::{Diagnostic, Place},
     world::{Instance, MaterialId, MeshId, Model},
@@ -55,8 +57,8 @@ fn read(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     let mut clean = clean::clean(&text, path)?;
     drop(text);
     let mut model = Model { warnings: std::mem::take(&mut clean.warnings), ..Model::default() };
-    let instances = add_meshes(&clean, path, &mut model)?;
-    add_materials(&clean, path, &mut model, instances);
+    let objects = add_meshes(&clean, path, &mut model)?;
+    add_materials(&clean, path, &mut model, objects);
     Ok(model)
 }
 
@@ -75,12 +77,14 @@ fn read_text(path: &Path, limit: u64) -> Result<String, String> {
     }
 }
 
-/// Adds the meshes, and returns for each its name and the OBJ materials of its slots.
-fn add_meshes(
-    clean: &Clean,
-    path: &Path,
-    model: &mut Model,
-) -> Result<Vec<(String, Vec<Option<u32>>)>, Vec<Diagnostic>> {
+/// What becomes of an object: an instance of the mesh of the same number, with the OBJ material of each slot.
+struct Object {
+    name: String,
+    slots: Vec<Option<u32>>,
+}
+
+/// Adds the meshes.
+fn add_meshes(clean: &Clean, path: &Path, model: &mut Model) -> Result<Vec<Object>, Vec<Diagnostic>> {
     let options = tobj::LoadOptions { triangulate: false, single_index: false, ..Default::default() };
     let no_materials = |_: &Path| Err(tobj::LoadError::GenericFailure);
     let (objects, _) = tobj::load_obj_buf(&mut clean.reader(), &options, no_materials)
@@ -88,13 +92,14 @@ fn add_meshes(
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut faces = clean.faces.as_slice();
     let (mut left_out, mut without_slot) = (0, 0);
+    let mut triangulator = Triangulator::default();
     let mut named = Vec::new();
     for (object, name) in objects.iter().zip(&clean.objects) {
         let arities = object.mesh.face_arities.len();
         let count = if arities == 0 { object.mesh.indices.len() / 3 } else { arities };
         let built = faces.split_at_checked(count).and_then(|(these, rest)| {
             faces = rest;
-            mesh::build(&object.mesh, these)
+            mesh::build(&object.mesh, these, &mut triangulator)
         });
         let Some(mut built) = built else { return Err(vec![broke_down(path)]) };
         left_out += built.left_out;
@@ -102,16 +107,20 @@ fn add_meshes(
         if !built.mesh.triangles.is_empty() {
             let name = if name.is_empty() { &stem } else { name };
             built.mesh.name.clone_from(name);
-            named.push((name.clone(), built.slots));
+            named.push(Object { name: name.clone(), slots: built.slots });
             model.meshes.push(built.mesh);
         }
     }
     let mut warn = |message| model.warnings.push(Diagnostic::warning(path, Place::File, message));
     if left_out > 0 {
-        warn(format!("{left_out} faces left out: they have a corner that is infinite or not a number"));
+        warn(format!("faces left out because a corner is infinite or not a number: {left_out}"));
+    }
+    if triangulator.fanned > 0 {
+        let fanned = triangulator.fanned;
+        warn(format!("concave polygons cut up as if convex, as there are too many so large: {fanned}"));
     }
     if without_slot > 0 {
-        warn(format!("{without_slot} triangles have the wrong material: an object may have 65536 at most"));
+        warn(format!("triangles with the wrong material, as an object may have 65536: {without_slot}"));
     }
     if model.meshes.is_empty() {
         let message = "there is nothing to render: no face has finite corners";
@@ -121,14 +130,14 @@ fn add_meshes(
 }
 
 /// Adds the materials that are used, and the instances.
-fn add_materials(clean: &Clean, path: &Path, model: &mut Model, instances: Vec<(String, Vec<Option<u32>>)>) {
+fn add_materials(clean: &Clean, path: &Path, model: &mut Model, objects: Vec<Object>) {
     let folder = path.parent().unwrap_or(Path::new(""));
     let libraries = read_libraries(clean, path, model);
     let mut ids: HashMap<Option<u32>, MaterialId> = HashMap::new();
     let colored = model.meshes.iter().any(|mesh| !mesh.colors.is_empty());
-    let mut converter = Converter::new(folder, model);
+    let mut converter = Converter { textures: Textures::new(folder, model) };
     let mut unknown = Vec::new();
-    for (index, (name, slots)) in instances.into_iter().enumerate() {
+    for (index, Object { name, slots }) in objects.into_iter().enumerate() {
         let mut materials = Vec::with_capacity(slots.len());
         for slot in slots {
             materials.push(*ids.entry(slot).or_insert_with(|| {
@@ -147,20 +156,22 @@ fn add_materials(clean: &Clean, path: &Path, model: &mut Model, instances: Vec<(
                         unknown.push(name.as_str());
                     }
                 }
-                converter.model.materials.push(material);
-                MaterialId(converter.model.materials.len() as u32 - 1)
+                converter.textures.model.materials.push(material);
+                MaterialId(converter.textures.model.materials.len() as u32 - 1)
             }));
         }
         let mesh = MeshId(index as u32);
-        converter.model.instances.push(Instance { name, mesh, to_world: Affine3A::IDENTITY, materials });
+        converter.textures.model.instances.push(Instance {
+            name,
+            mesh,
+            to_world: Affine3A::IDENTITY,
+            materials,
+        });
     }
     if let Some(first) = unknown.first() {
-        let more = match unknown.len() - 1 {
-            0 => String::new(),
-            n => format!(" and {n} more"),
-        };
-        let message =
-            format!("the material `{}`{more} stands in no library: grey instead", clean::shorten(first));
+        let more =
+            if unknown.len() > 1 { format!(" and {} others", unknown.len() - 1) } else { String::new() };
+        let message = format!("no library has the material `{}`{more}: grey instead", text::shorten(first));
         model.warnings.push(Diagnostic::warning(path, Place::File, message));
     }
 }
@@ -178,7 +189,7 @@ fn read_libraries(clean: &Clean, path: &Path, model: &mut Model) -> Vec<(PathBuf
                 Some(file) if files.contains(&file) => {}
                 Some(file) => files.push(file),
                 None => {
-                    let message = format!("the material library `{}` was not found", clean::shorten(&name));
+                    let message = format!("the material library `{}` was not found", text::shorten(&name));
                     let help = "put it beside the OBJ file, or correct the name after `mtllib`";
                     warnings.push(Diagnostic::warning(path, Place::Line(*line), message).help(help));
                 }
@@ -215,7 +226,10 @@ fn library_files(named: &str, find: impl Fn(&str) -> Option<PathBuf>) -> Vec<(St
         }
     }
     let name = text::name_without_comment(whole);
-    let several: Vec<_> = name.split_whitespace().map(|word| (word.to_owned(), find(word))).collect();
+    // A space within a name may be written `\ `: U+0000, which no name holds, stands for it while the names are split.
+    let escaped = name.replace("\\ ", "\0");
+    let words = escaped.split_whitespace().map(|word| word.replace('\0', " "));
+    let several: Vec<_> = words.map(|word| (word.clone(), find(&word))).collect();
     if several.iter().any(|(_, file)| file.is_some()) { several } else { vec![(name.to_owned(), None)] }
 }
 

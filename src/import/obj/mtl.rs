@@ -1,15 +1,12 @@
 //! MTL: the material library beside an OBJ file, as it is written (Wavefront's *MTL material format*, and the PBR
-//! extension `Pr`, `Pm`, `norm` of exporters since 2015). What its numbers mean is [`material`](super::material)'s part.
+//! extension `Pr`, `Pm`, `norm` of exporters since 2015). What its numbers mean is `material`'s part.
 //!
 //! Not by `tobj`: its MTL reader panics on `Kd 0.5`, gives up the whole library for one odd line, keeps a texture's
 //! options glued to its name and says no lines. This reader loses what it cannot read, says so, and goes on.
 
 use std::path::Path;
 
-use super::{
-    clean::shorten,
-    text::{name_without_comment, statements, without_comment},
-};
+use super::text::{name_without_comment, shorten, statements, without_comment};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// The material after one `newmtl`. `None`: not said.

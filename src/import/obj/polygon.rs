@@ -6,8 +6,9 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// Polygons of more corners are fanned: clipping ears may take time in the square of the corners.
-const MAX_CLIPPED_CORNERS: usize = 4096;
+/// Clipping ears may take time in the square of the corners. Where the sum of the squares over a file comes to this
+/// (seconds), the rest is fanned: real files stay far below.
+const MAX_CLIPPING: usize = 1 << 30;
 
 /// Twice the vector area. Its direction is the normal of the side from which the corners run counter-clockwise.
 pub(super) fn newell(corners: &[Vec3]) -> DVec3 {
@@ -16,9 +17,12 @@ pub(super) fn newell(corners: &[Vec3]) -> DVec3 {
     corners.windows(2).map(|pair| from_origin(&pair[0]).cross(from_origin(&pair[1]))).sum()
 }
 
-/// Buffers kept from one polygon to the next.
+/// What is kept from one polygon of a file to the next.
 #[derive(Default)]
 pub(super) struct Triangulator {
+    /// Polygons fanned though they are concave.
+    pub fanned: usize,
+    clipping: usize,
     ears: earcut::Earcut<f64>,
     plane: Vec<[f64; 2]>,
     clipped: Vec<u32>,
@@ -28,15 +32,17 @@ impl Triangulator {
     /// Calls `each` with the triangles of a polygon, as positions in `corners`, wound as the polygon is.
     pub fn triangulate(&mut self, corners: &[Vec3], mut each: impl FnMut([u32; 3])) {
         let fan = (2..corners.len() as u32).map(|last| [0, last - 1, last]);
-        if corners.len() > 3 && corners.len() <= MAX_CLIPPED_CORNERS {
+        if corners.len() > 3 {
             self.project(corners);
-            if !fan.clone().all(|t| area(&self.plane, t) >= 0.0) {
+            let concave = !fan.clone().all(|t| area(&self.plane, t) >= 0.0);
+            let clipping = self.clipping.saturating_add(corners.len().saturating_pow(2));
+            if concave && clipping > MAX_CLIPPING {
+                self.fanned += 1;
+            } else if concave {
+                self.clipping = clipping;
                 self.ears.earcut_slice(&self.plane, &[], &mut self.clipped);
                 if !self.clipped.is_empty() {
-                    // The direction of the clipper's triangles is its own.
-                    for &[a, b, c] in self.clipped.as_chunks().0 {
-                        each(if area(&self.plane, [a, b, c]) < 0.0 { [a, c, b] } else { [a, b, c] });
-                    }
+                    self.clipped.as_chunks().0.iter().for_each(|&triangle| each(triangle));
                     return;
                 }
             }
@@ -129,6 +135,17 @@ mod tests {
         let bent = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.3), (1.0, 1.0, 0.0), (0.0, 1.0, 0.3)].map(Vec3::from);
         assert!(areas(&bent).1.distance(newell(&bent)) < 1e-6);
         assert_eq!(triangles(&bent).len(), 2);
+    }
+
+    #[test]
+    fn clipping_ends_where_it_would_take_too_long() {
+        let star = |n: usize| -> Vec<Vec3> {
+            let angle = |i: usize| (i * 7919 % n) as f32;
+            (0..n).map(|i| Vec3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect()
+        };
+        let mut triangulator = Triangulator::default();
+        triangulator.triangulate(&star(40_000), |_| {});
+        assert_eq!(triangulator.fanned, 1);
     }
 
     #[test]

@@ -75,6 +75,15 @@ pub(super) fn name_without_comment(name: &str) -> &str {
     name.split_once(" #").map_or(name, |(before, _)| before.trim_end())
 }
 
+/// A word of the user's file, short enough for a message.
+pub(super) fn shorten(word: &str) -> String {
+    const LONGEST: usize = 40;
+    match word.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &word[..end]),
+        None => word.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
