@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::lanes::{Lanes, WIDTH};
 use crate::geometry::{
     Ray,
-    triangle::{self, Shear},
+    triangle::{self, DEPTH, EDGE, SHEAR, Shear},
 };
 
 /// Five cache lines. Unused lanes are NaN, which is never hit.
@@ -81,9 +81,29 @@ impl Block {
         let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
         let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
         let t = depth.mul(L::splat(shear.sz)).div(det);
-        let within = L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max)));
-        let lanes = L::bits(L::and(inside, within));
+        let within = L::and(inside, L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max))));
+        if L::bits(within) == 0 {
+            return None;
+        }
+        let scale = L::splat(shear.sz).div(det);
+        let surely_positive = Self::depth_error([a, b, c], [u, v, w], scale).lt(t);
+        let lanes = L::bits(L::and(within, surely_positive));
         (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
+    }
+
+    /// Bound on the error of t.
+    #[inline(always)]
+    fn depth_error<L: Lanes>([a, b, c]: [[L; 3]; 3], [u, v, w]: [L; 3], scale: L) -> L {
+        let abs = |l: L| l.max(L::splat(0.0).sub(l));
+        let largest = |p: L, q: L, r: L| abs(p).max(abs(q)).max(abs(r));
+        let times = |factor: f32, l: L| L::splat(factor).mul(l);
+        let [x, y, z] = [0, 1, 2].map(|k| largest(a[k], b[k], c[k]));
+        let e = largest(u, v, w);
+        let edge = times(EDGE, x).mul(y);
+        let edge = edge.add(times(SHEAR, y.add(z)).mul(x)).add(times(SHEAR, x.add(z)).mul(y));
+        let edge = times(2.0, edge);
+        let depth = times(DEPTH, e).mul(z).add(edge.mul(z)).add(times(DEPTH, z).mul(e));
+        times(3.0, depth).mul(abs(scale))
     }
 
     /// All edge functions of one sign.

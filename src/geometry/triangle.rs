@@ -12,7 +12,7 @@
 
 use glam::Vec3;
 
-use super::Ray;
+use super::{Ray, offset::gamma};
 
 /// The shear that turns a ray's direction into its largest axis `kz`.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ pub struct TriangleHit {
     pub v: f32,
 }
 
-/// Both sides count. Triangles seen edge-on, and those without area, are never hit.
+/// Both sides count. Triangles seen edge-on, those without area, and hits whose t is not surely positive are left out.
 pub fn intersect(ray: &Ray, shear: &Shear, triangle: [Vec3; 3]) -> Option<TriangleHit> {
     let Shear { kx, ky, kz, sx, sy, sz } = *shear;
     let [a, b, c] = triangle.map(|p| {
@@ -63,8 +63,22 @@ pub fn intersect(ray: &Ray, shear: &Shear, triangle: [Vec3; 3]) -> Option<Triang
         return None;
     }
     let t = ((u * a.z + v * b.z) + w * c.z) * sz / det;
-    (t > ray.t_min && t < ray.t_max).then(|| TriangleHit { t, u: v / det, v: w / det })
+    if !(t > ray.t_min && t < ray.t_max) {
+        return None;
+    }
+    let largest = |p: f32, q: f32, r: f32| p.abs().max(q.abs()).max(r.abs());
+    let (x, y, z) = (largest(a.x, b.x, c.x), largest(a.y, b.y, c.y), largest(a.z, b.z, c.z));
+    let e = largest(u, v, w);
+    let edge_error = 2.0 * ((EDGE * x) * y + (SHEAR * (y + z)) * x + (SHEAR * (x + z)) * y);
+    let error = 3.0 * (((DEPTH * e) * z + edge_error * z) + (DEPTH * z) * e) * (sz / det).abs();
+    (t > error).then(|| TriangleHit { t, u: v / det, v: w / det })
 }
+
+/// Relative errors of an edge function, of the sheared coordinates and of the depth, in what t's error bound is built
+/// from (PBRT, 4th ed., 6.8.7). A t within it may be a surface that the ray has just left, or one level with it.
+pub const EDGE: f32 = gamma(2);
+pub const SHEAR: f32 = gamma(5);
+pub const DEPTH: f32 = gamma(3);
 
 /// The edge functions of a triangle in the sheared plane. Products of two `f32` are exact in `f64`.
 pub fn exact_edges(corners: [[f32; 2]; 3]) -> [f32; 3] {
