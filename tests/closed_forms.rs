@@ -332,3 +332,25 @@ fn unlit_surfaces_show_their_colour_and_cast_nothing() {
         .light(Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(4.0) })
         .expect(16, 1.0 / PI);
 }
+
+/// Flat meshes in coordinate planes: rays that leave a triangle must not meet its neighbours in the same plane.
+#[test]
+fn a_flat_mesh_under_a_white_sky_reflects_its_albedo() {
+    for normal in [Vec3::Y, Vec3::NEG_X, Vec3::Z, Vec3::new(1.0, 2.0, -0.5).normalize()] {
+        for shift in [Vec3::ZERO, Vec3::new(0.3, 0.0, 7.1)] {
+            let (u, v) = normal.any_orthonormal_pair();
+            let positions = vec![Vec3::ZERO, 50.0 * u, -40.0 * v, -0.01 * u, 0.02 * v];
+            let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+            let mut stage = Stage::new(shift + 5.0 * normal, shift + 0.001 * (u + v)).sky(1.0);
+            let material = stage.material(diffuse(0.5));
+            stage.world.model.meshes.push(Mesh { positions, triangles, ..Mesh::default() });
+            stage.world.model.instances.push(Instance {
+                name: String::new(),
+                mesh: MeshId(0),
+                to_world: Affine3A::from_translation(shift),
+                materials: vec![material],
+            });
+            stage.expect(1024, 0.5);
+        }
+    }
+}

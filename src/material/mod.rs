@@ -5,7 +5,7 @@ mod frame;
 
 use glam::{Vec2, Vec3, Vec4};
 
-pub use frame::shading_frame;
+pub use frame::{Side, shading_frame};
 
 use crate::{
     bsdf::{
@@ -119,12 +119,16 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
         ),
         Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
     };
-    let oriented = !matches!(material.surface, Surface::Dielectric { .. });
+    let side = match material.surface {
+        Surface::Dielectric { .. } => Side::Boundary,
+        Surface::Metal { .. } | Surface::Pbr(_) => Side::Glossy,
+        Surface::Diffuse { .. } | Surface::Unlit { .. } | Surface::Black => Side::Matte,
+    };
     let map = material.normal.map(|map| {
         let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
         Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
     });
-    (bsdf, shading_frame(point, map, wo, oriented))
+    (bsdf, shading_frame(point, map, wo, side))
 }
 
 /// Perceptual roughness to the width of the microfacet distribution (glTF 2.0, B.3.1).
