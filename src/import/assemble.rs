@@ -8,7 +8,8 @@ use std::{
 use glam::{Affine3A, Vec3};
 
 use super::{
-    framing::{self, Bounds},
+    bounds::Bounds,
+    framing::{self, Subject},
     image, merge,
 };
 use crate::{
@@ -70,7 +71,7 @@ fn assemble_with(
         quads: scene.quads,
         environment,
         // Stands in until what it is to show is known.
-        camera: framing::frame(&Bounds::UNIT, framing::USUAL, 1.0),
+        camera: framing::frame(&Subject::boxed(Bounds::UNIT), framing::USUAL, 1.0),
     };
     match camera(&scene.camera, &scene.render, &world, &cameras, &file) {
         Ok(camera) => world.camera = camera,
@@ -228,7 +229,7 @@ fn camera(
     match source {
         CameraSource::Placed(camera) => Ok(camera.clone()),
         CameraSource::Framed { projection, lens, focus } => {
-            let framed = framing::frame(&Bounds::of_subject(world), *projection, aspect);
+            let framed = framing::frame(&Subject::of(world), *projection, aspect);
             let aperture = diameter(*lens, *projection);
             Ok(Camera { aperture, focus: focus.unwrap_or(framed.focus), ..framed })
         }
@@ -241,7 +242,7 @@ fn camera(
                 return Err(Some(no_camera(name.as_deref(), cameras, place, file)));
             };
             let focus =
-                focus.unwrap_or_else(|| framing::distance_along_view(camera, &Bounds::of_subject(world)));
+                focus.unwrap_or_else(|| framing::distance_along_view(camera, &Subject::of(world).bounds));
             Ok(Camera { aperture: diameter(*lens, camera.projection), focus, ..camera.clone() })
         }
     }

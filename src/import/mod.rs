@@ -2,6 +2,7 @@
 //! [`World`](crate::world::World).
 
 mod assemble;
+mod bounds;
 mod framing;
 pub mod gltf;
 pub mod image;

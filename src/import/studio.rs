@@ -13,7 +13,8 @@ use std::{
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 
 use super::{
-    framing::{self, Bounds},
+    bounds::Bounds,
+    framing::{self, Subject},
     model,
 };
 use crate::{
@@ -63,17 +64,18 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
         spheres: Vec::new(),
         quads: Vec::new(),
         environment: surrounding(),
-        camera: framing::frame(&Bounds::UNIT, framing::USUAL, aspect as f32),
+        camera: framing::frame(&Subject::boxed(Bounds::UNIT), framing::USUAL, aspect as f32),
     };
     if world.model.instances.is_empty() {
         let warning = Diagnostic::warning(path, Place::File, "there is nothing to be seen in this file")
             .help("it has no triangles, or no scene that shows them");
         world.model.warnings.push(warning);
     }
-    let bounds = Bounds::of_subject(&world);
+    let subject = Subject::of(&world);
+    let bounds = subject.bounds;
     world.camera = match world.model.cameras.first() {
         Some(own) => own.clone(),
-        None => framing::frame(&bounds, framing::USUAL, aspect as f32),
+        None => framing::frame(&subject, framing::USUAL, aspect as f32),
     };
     furnish(&mut world, &bounds, aspect);
     Ok(world)
@@ -237,7 +239,7 @@ impl Set {
 
     /// A floor that bends into a wall at `depth` behind the asset, wide and high enough to fill the picture.
     fn backdrop(&self, eye: &Eye, depth: f64) -> Mesh {
-        let bend = 0.4 * depth;
+        let bend = 0.65 * depth;
         let toward = (self.center - eye.position).dot(self.away).max(0.0);
         let front = -(toward + 4.0 * self.radius);
         let largest = 20.0 * (toward + depth);

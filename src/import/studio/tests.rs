@@ -27,7 +27,7 @@ const BOXES: [Bounds; 4] = [
 fn the_picture_shows_backdrop_and_no_lights() {
     for bounds in &BOXES {
         for aspect in [0.25, 1.0, 16.0 / 9.0, 4.0] {
-            let camera = framing::frame(bounds, framing::USUAL, aspect as f32);
+            let camera = framing::frame(&Subject::boxed(*bounds), framing::USUAL, aspect as f32);
             let world = studio(bounds, camera, aspect);
             assert_eq!(world.quads.len(), 3, "{bounds:?} {aspect}");
             for (origin, direction) in grid(&world.camera, aspect) {
@@ -51,7 +51,7 @@ fn the_picture_shows_backdrop_and_no_lights() {
 #[test]
 fn lights_are_in_front_of_the_backdrop() {
     for bounds in &BOXES {
-        let world = studio(bounds, framing::frame(bounds, framing::USUAL, 0.25), 0.25);
+        let world = studio(bounds, framing::frame(&Subject::boxed(*bounds), framing::USUAL, 0.25), 0.25);
         let mesh = &world.model.meshes[0];
         let wall = mesh.positions[mesh.positions.len() - 1];
         let outward = mesh.normals[mesh.normals.len() - 1];
@@ -68,7 +68,8 @@ fn lights_are_in_front_of_the_backdrop() {
 /// Radiance of a grey of 0.5 at the asset that faces the camera, and the side of the key: shown as 0.4 to 0.5.
 #[test]
 fn a_grey_asset_is_well_exposed() {
-    let world = studio(&Bounds::UNIT, framing::frame(&Bounds::UNIT, framing::USUAL, 1.0), 1.0);
+    let world =
+        studio(&Bounds::UNIT, framing::frame(&Subject::boxed(Bounds::UNIT), framing::USUAL, 1.0), 1.0);
     let toward_camera = world.camera.to_world.matrix3.z_axis;
     let radiance = |normal: Vec3A| 0.5 / PI * irradiance(&world, normal.as_dvec3());
     let facing = radiance(toward_camera);
@@ -89,7 +90,7 @@ fn odd_cameras_have_no_odd_studio() {
         let matrix3 = glam::DMat3::from_cols(right, back.cross(right), back).as_mat3();
         Camera {
             to_world: Affine3A::from_mat3_translation(matrix3, from.as_vec3()),
-            ..framing::frame(&Bounds::UNIT, framing::USUAL, 1.0)
+            ..framing::frame(&Subject::boxed(Bounds::UNIT), framing::USUAL, 1.0)
         }
     };
     // From straight above, from below the floor, from within.
