@@ -36,18 +36,25 @@ pub struct Portable([f32; WIDTH]);
 
 impl Portable {
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    fn zip(mut self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        for i in 0..WIDTH {
+            self.0[i] = f(self.0[i], other.0[i]);
+        }
+        self
     }
 
     #[inline(always)]
-    fn compare(self, other: Self, f: impl Fn(f32, f32) -> bool) -> [bool; WIDTH] {
-        std::array::from_fn(|i| f(self.0[i], other.0[i]))
+    fn compare(self, other: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
+        let mut bits = 0;
+        for i in 0..WIDTH {
+            bits |= (f(self.0[i], other.0[i]) as u32) << i;
+        }
+        bits
     }
 }
 
 impl Lanes for Portable {
-    type Mask = [bool; WIDTH];
+    type Mask = u32;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -99,15 +106,15 @@ impl Lanes for Portable {
     }
     #[inline(always)]
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        std::array::from_fn(|i| a[i] & b[i])
+        a & b
     }
     #[inline(always)]
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        std::array::from_fn(|i| a[i] | b[i])
+        a | b
     }
     #[inline(always)]
     fn bits(mask: Self::Mask) -> u32 {
-        mask.iter().enumerate().fold(0, |bits, (i, &set)| bits | (set as u32) << i)
+        mask
     }
     #[inline(always)]
     fn prefetch(_: *const u8) {}

@@ -319,7 +319,7 @@ fn filtered_objects_ask_and_others_do_not() {
 fn filtered_meshes_skip_single_triangles() {
     let mut scene = Scene::of_mesh(soup(400, 0.3));
     scene.objects[0].filtered = true;
-    let keep = |hit: &Hit| hit.primitive % 3 == 0;
+    let keep = |hit: &Hit| hit.primitive.is_multiple_of(3);
     for accel in kernels(scene.accel()) {
         for ray in rays(800) {
             let expected = scene.brute_force(&ray, keep);

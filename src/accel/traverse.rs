@@ -127,26 +127,28 @@ pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Le
                 break;
             }
             let enter = enter.to_array();
-            let mut next = || {
-                let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
-                lanes &= lanes - 1;
-                let child = node.child[lane];
-                prefetch::<L>(nodes, child, leaves);
-                (entry(enter[lane], child), lanes != 0)
-            };
-            let (mut a, more) = next();
+            macro_rules! next {
+                () => {{
+                    let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                    lanes &= lanes - 1;
+                    let child = node.child[lane];
+                    prefetch::<L>(nodes, child, leaves);
+                    (entry(enter[lane], child), lanes != 0)
+                }};
+            }
+            let (mut a, more) = next!();
             if !more {
                 current = a as u32;
                 continue;
             }
-            let (mut b, more) = next();
+            let (mut b, more) = next!();
             order(&mut a, &mut b);
             if !more {
                 push!(a);
                 current = b as u32;
                 continue;
             }
-            let (mut c, more) = next();
+            let (mut c, more) = next!();
             if !more {
                 order(&mut b, &mut c);
                 order(&mut a, &mut b);
@@ -155,7 +157,7 @@ pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Le
                 current = c as u32;
                 continue;
             }
-            let (mut d, mut more) = next();
+            let (mut d, mut more) = next!();
             order(&mut c, &mut d);
             order(&mut a, &mut c);
             order(&mut b, &mut d);
@@ -167,7 +169,7 @@ pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Le
             push!(d);
             while more {
                 let e;
-                (e, more) = next();
+                (e, more) = next!();
                 let mut at = height;
                 push!(e);
                 // SAFETY: entries from `base` to `height` have just been pushed.

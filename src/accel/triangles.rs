@@ -1,5 +1,7 @@
 //! Leaves of a mesh's tree: blocks of eight triangles, tested at once.
 //!
+//! No `array::map` here or in `traverse`: it is not always inlined, and then leaves the kernel's instruction set.
+//!
 //! The arithmetic is that of [`geometry::triangle`](crate::geometry::triangle), operation by operation.
 
 use glam::Vec3;
@@ -52,31 +54,23 @@ impl Block {
         t_min: f32,
         t_max: f32,
     ) -> Option<BlockHits<L>> {
-        let Shear { kx, ky, kz, .. } = *shear;
-        let (sx, sy) = (L::splat(shear.sx), L::splat(shear.sy));
-        let origin = ray.origin.to_array();
-        let [a, b, c] = [0, 1, 2].map(|vertex| {
-            // SAFETY: `Shear::new` makes kx, ky and kz a permutation of 0, 1, 2.
-            let relative = |k: usize| unsafe {
-                L::load(self.vertices[vertex].get_unchecked(k)).sub(L::splat(*origin.get_unchecked(k)))
-            };
-            let z = relative(kz);
-            [relative(kx).sub(sx.mul(z)), relative(ky).sub(sy.mul(z)), z]
-        });
-        let edge = |p: [L; 3], q: [L; 3]| p[0].mul(q[1]).sub(p[1].mul(q[0]));
-        let mut edges = [edge(c, b), edge(a, c), edge(b, a)];
-        let mut inside = Self::inside(edges);
+        let (a, b, c) =
+            (self.sheared(0, ray, shear), self.sheared(1, ray, shear), self.sheared(2, ray, shear));
+        let (mut u, mut v, mut w) = (edge(c, b), edge(a, c), edge(b, a));
+        let mut inside = same_sign(u, v, w);
         if L::bits(inside) == 0 {
             return None;
         }
         let zero = L::splat(0.0);
-        let [p, q, r] = edges.map(|e| L::and(e.le(zero), zero.le(e)));
-        let vanishing = L::bits(L::and(inside, L::or(L::or(p, q), r)));
+        let vanishes = |e: L| L::and(e.le(zero), zero.le(e));
+        let vanishing = L::bits(L::and(inside, L::or(L::or(vanishes(u), vanishes(v)), vanishes(w))));
         if vanishing != 0 {
-            edges = refine(vanishing, [a, b, c], edges);
-            inside = Self::inside(edges);
+            let plane = |p: [L; 3]| [p[0].to_array(), p[1].to_array()];
+            let edges = [u.to_array(), v.to_array(), w.to_array()];
+            let edges = refine(vanishing, [plane(a), plane(b), plane(c)], edges);
+            (u, v, w) = (L::load(&edges[0]), L::load(&edges[1]), L::load(&edges[2]));
+            inside = same_sign(u, v, w);
         }
-        let [u, v, w] = edges;
         let det = u.add(v).add(w);
         let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
         let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
@@ -86,46 +80,68 @@ impl Block {
             return None;
         }
         let scale = L::splat(shear.sz).div(det);
-        let surely_positive = Self::depth_error([a, b, c], [u, v, w], scale).lt(t);
+        let surely_positive = depth_error(a, b, c, largest(u, v, w)).mul(abs(scale)).lt(t);
         let lanes = L::bits(L::and(within, surely_positive));
         (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
     }
 
-    /// Bound on the error of t.
+    /// One vertex of each triangle, relative to the ray's origin and sheared.
     #[inline(always)]
-    fn depth_error<L: Lanes>([a, b, c]: [[L; 3]; 3], [u, v, w]: [L; 3], scale: L) -> L {
-        let abs = |l: L| l.max(L::splat(0.0).sub(l));
-        let largest = |p: L, q: L, r: L| abs(p).max(abs(q)).max(abs(r));
-        let times = |factor: f32, l: L| L::splat(factor).mul(l);
-        let [x, y, z] = [0, 1, 2].map(|k| largest(a[k], b[k], c[k]));
-        let e = largest(u, v, w);
-        let edge = times(EDGE, x).mul(y);
-        let edge = edge.add(times(SHEAR, y.add(z)).mul(x)).add(times(SHEAR, x.add(z)).mul(y));
-        let edge = times(2.0, edge);
-        let depth = times(DEPTH, e).mul(z).add(edge.mul(z)).add(times(DEPTH, z).mul(e));
-        times(3.0, depth).mul(abs(scale))
-    }
-
-    /// All edge functions of one sign.
-    #[inline(always)]
-    fn inside<L: Lanes>([u, v, w]: [L; 3]) -> L::Mask {
-        let zero = L::splat(0.0);
-        L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero))
+    fn sheared<L: Lanes>(&self, vertex: usize, ray: &Ray, shear: &Shear) -> [L; 3] {
+        let origin = ray.origin.as_ref();
+        // SAFETY: `Shear::new` makes kx, ky and kz a permutation of 0, 1, 2.
+        let relative = |k: usize| unsafe {
+            L::load(self.vertices[vertex].get_unchecked(k)).sub(L::splat(*origin.get_unchecked(k)))
+        };
+        let z = relative(shear.kz);
+        let x = relative(shear.kx).sub(L::splat(shear.sx).mul(z));
+        let y = relative(shear.ky).sub(L::splat(shear.sy).mul(z));
+        [x, y, z]
     }
 }
 
-/// The exact edge functions of some lanes (as bits).
 #[inline(always)]
-fn refine<L: Lanes>(lanes: u32, corners: [[L; 3]; 3], edges: [L; 3]) -> [L; 3] {
-    let mut edges = edges.map(L::to_array);
-    refine_lanes(lanes, corners.map(|[x, y, _]| [x, y].map(L::to_array)), &mut edges);
-    edges.map(|e| L::load(&e))
+fn edge<L: Lanes>(p: [L; 3], q: [L; 3]) -> L {
+    p[0].mul(q[1]).sub(p[1].mul(q[0]))
 }
 
-/// Rare: the ray must meet an edge or a vertex.
+#[inline(always)]
+fn same_sign<L: Lanes>(u: L, v: L, w: L) -> L::Mask {
+    let zero = L::splat(0.0);
+    L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero))
+}
+
+/// Bound on the error of t, before it is divided by the determinant; `e` is the largest edge function.
+#[inline(always)]
+fn depth_error<L: Lanes>(a: [L; 3], b: [L; 3], c: [L; 3], e: L) -> L {
+    let x = largest(a[0], b[0], c[0]);
+    let y = largest(a[1], b[1], c[1]);
+    let z = largest(a[2], b[2], c[2]);
+    let edge = L::splat(EDGE).mul(x).mul(y);
+    let edge = edge.add(L::splat(SHEAR).mul(y.add(z)).mul(x)).add(L::splat(SHEAR).mul(x.add(z)).mul(y));
+    let edge = L::splat(2.0).mul(edge);
+    let depth = L::splat(DEPTH).mul(e).mul(z).add(edge.mul(z)).add(L::splat(DEPTH).mul(z).mul(e));
+    L::splat(3.0).mul(depth)
+}
+
+#[inline(always)]
+fn largest<L: Lanes>(p: L, q: L, r: L) -> L {
+    abs(p).max(abs(q)).max(abs(r))
+}
+
+#[inline(always)]
+fn abs<L: Lanes>(l: L) -> L {
+    l.max(L::splat(0.0).sub(l))
+}
+
+/// The exact edge functions of some lanes (as bits). Rare: the ray must meet an edge or a vertex.
 #[cold]
 #[inline(never)]
-fn refine_lanes(mut lanes: u32, corners: [[[f32; WIDTH]; 2]; 3], edges: &mut [[f32; WIDTH]; 3]) {
+fn refine(
+    mut lanes: u32,
+    corners: [[[f32; WIDTH]; 2]; 3],
+    mut edges: [[f32; WIDTH]; 3],
+) -> [[f32; WIDTH]; 3] {
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
         lanes &= lanes - 1;
@@ -134,4 +150,5 @@ fn refine_lanes(mut lanes: u32, corners: [[[f32; WIDTH]; 2]; 3], edges: &mut [[f
             edge[lane] = exact;
         }
     }
+    edges
 }

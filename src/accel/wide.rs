@@ -10,9 +10,9 @@ use super::{binary, lanes::WIDTH};
 /// Child word: this bit and what the leaf's owner makes of the rest, or the index of a node.
 pub const LEAF: u32 = 1 << 31;
 
-/// Cost of a visit to a node and of one leaf block, relative to each other.
+/// Cost of a visit to a node and of one leaf block. At 0.6 to 1, speed is the same within a few per cent, and memory least at 0.6.
 const NODE_COST: f32 = 1.0;
-const BLOCK_COST: f32 = 1.0;
+const BLOCK_COST: f32 = 0.7;
 
 /// Four cache lines.
 #[derive(Clone, Copy, Debug)]
