@@ -116,7 +116,7 @@ impl SphericalRectangle {
         let (ex, ey) = (u / width, v / height);
         let (x, y, z) = (d.dot(ex), d.dot(ey), -d.dot(ex.cross(ey)).abs());
         let (x, y) = ([x, x + width], [y, y + height]);
-        let n = [-y[0], x[1], y[1], -x[0]].map(|side| side / side.hypot(z));
+        let n = [-y[0], x[1], y[1], -x[0]].map(|side| side / (side * side + z * z).sqrt());
         let angle = |i: usize, j: usize| (-n[i] * n[j]).clamp(-1.0, 1.0).acos();
         let k = std::f64::consts::TAU - angle(2, 3) - angle(3, 0);
         let solid_angle = angle(0, 1) + angle(1, 2) - k;
@@ -132,8 +132,8 @@ impl SphericalRectangle {
         let c = (1.0 / (f * f + b[0] * b[0]).sqrt()).copysign(f).clamp(-1.0, 1.0);
         let xu = (-c * z / (1.0 - c * c).max(1e-30).sqrt()).clamp(x[0], x[1]);
         // Then y, along the arc at x: uniform in the sine of the elevation.
-        let d = xu.hypot(z);
-        let h = y.map(|y| y / y.hypot(d));
+        let d = (xu * xu + z * z).sqrt();
+        let h = y.map(|y| y / (y * y + d * d).sqrt());
         let h = h[0] + u.y as f64 * (h[1] - h[0]);
         let yv = (h * d / (1.0 - h * h).max(1e-30).sqrt()).clamp(y[0], y[1]);
         Vec2::new(((xu - x[0]) / (x[1] - x[0])) as f32, ((yv - y[0]) / (y[1] - y[0])) as f32)
