@@ -16,7 +16,7 @@
 use glam::{Vec2, Vec3};
 
 use super::albedo::Albedo;
-use super::fresnel::SchlickCurve;
+use super::fresnel::{SCHLICK_AVERAGE, SchlickCurve, schlick_weight};
 use super::ggx::Ggx;
 use super::specular::Specular;
 use super::{Bsdf, BsdfSample, Kind, Mirror, reflect_about};
@@ -37,7 +37,8 @@ impl Conductor {
             return Bsdf::Mirror(Mirror { curve });
         }
         let ggx = Ggx { alpha: alpha.min(1.0) };
-        Bsdf::Conductor(Self { ggx, specular: Specular::new(curve, ggx.alpha, multiscatter) })
+        let specular = Specular::new(curve.f0, curve.f90, SCHLICK_AVERAGE, ggx.alpha, multiscatter);
+        Bsdf::Conductor(Self { ggx, specular })
     }
 
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
@@ -67,11 +68,11 @@ impl Conductor {
     }
 
     fn reflectance(&self, wo: Vec3, h: Vec3) -> Vec3 {
-        let single = self.specular.curve.at(wo.dot(h));
+        let single = self.specular.at(schlick_weight(wo.dot(h)));
         if self.specular.is_single_scattering() {
             single
         } else {
-            single * self.specular.boost(Albedo::at(wo.z, self.ggx.alpha))
+            single * self.specular.boost(Albedo::at(wo.z, self.ggx.alpha).white)
         }
     }
 }

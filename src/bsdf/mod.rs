@@ -14,6 +14,7 @@ pub mod fresnel;
 mod fuzzy_mirror;
 mod ggx;
 mod glass_albedo;
+mod layer_albedo;
 mod mirror;
 mod pbr;
 mod rough_dielectric;

@@ -8,18 +8,25 @@ use super::ggx::Ggx;
 /// they stay within 0.6 % of the integral, where a product rule of as many nodes is off by up to 3 %.
 const LATTICE: [u32; 2] = [610, 377];
 
-/// The average of `f` over the normals visible from a direction of cosine `mu` > 0.
-pub fn average_over_normals<T>(ggx: Ggx, mu: f32, f: impl Fn(Vec3, Vec3) -> T) -> T
-where
-    T: std::iter::Sum + std::ops::Div<f32, Output = T>,
-{
+/// A direction of cosine `mu` > 0, and normals visible from it, as many as their density has it.
+pub fn visible_normals(ggx: Ggx, mu: f32) -> (Vec3, impl ExactSizeIterator<Item = Vec3>) {
     let [n, step] = LATTICE;
     let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu);
-    let normals = (0..n).map(|i| {
+    let normals = (0..n).map(move |i| {
         let polar = (i as f32 + 0.5) / n as f32;
         let azimuth = ((i * step % n) as f32 + 0.25) / n as f32;
         ggx.sample_normal(wo, Vec2::new(polar, 0.5 * azimuth)) // the other half of the turn is the mirror image
     });
+    (wo, normals)
+}
+
+/// The average of `f`, of such a direction and such a normal.
+pub fn average_over_normals<T>(ggx: Ggx, mu: f32, f: impl Fn(Vec3, Vec3) -> T) -> T
+where
+    T: std::iter::Sum + std::ops::Div<f32, Output = T>,
+{
+    let (wo, normals) = visible_normals(ggx, mu);
+    let n = normals.len();
     normals.map(|h| f(wo, h)).sum::<T>() / n as f32
 }
 

@@ -10,7 +10,7 @@ pub use frame::{Side, shading_frame};
 use crate::{
     bsdf::{
         Bsdf, Conductor, Dielectric, Diffuse, FuzzyMirror, Pbr, RoughDielectric,
-        fresnel::{DielectricFresnel, SchlickCurve},
+        fresnel::{DielectricFresnel, LayerCurve, SchlickCurve},
     },
     geometry::Frame,
     texture::Textures,
@@ -114,7 +114,7 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
             color(&pbr.base_color),
             unit(&pbr.metallic),
             alpha(unit(&pbr.roughness)),
-            SchlickCurve::dielectric(pbr.ior),
+            LayerCurve::dielectric(pbr.ior),
             pbr.multiscatter,
         ),
         Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
