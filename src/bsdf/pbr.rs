@@ -30,6 +30,7 @@
 //! | `alpha` | roughness² | 0 to 1; at least 1e-4 is used |
 //! | `layer` | reflectance of the dielectric by angle; [`LayerCurve::dielectric`] of 1.5 is glTF's default | 0 to 1 |
 //! | `multiscatter` | whether light that bounces between facets is counted | |
+//! | `matte` | normal of the base, in the frame of the facets: +Z but where a normal map leans so far that facets cannot follow | unit |
 
 use glam::{Vec2, Vec3};
 
@@ -39,6 +40,7 @@ use super::ggx::Ggx;
 use super::layer_albedo::Layer;
 use super::specular::Specular;
 use super::{Bsdf, BsdfSample, Kind, reflect_about};
+use crate::geometry::Frame;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 /// As sharp as directions in f32 can be told apart.
@@ -55,6 +57,8 @@ pub struct Pbr {
     layer: Layer,
     /// Of the base under the dielectric: (1 − metallic) × base colour.
     diffuse: Vec3,
+    /// Normal of the base.
+    matte: Vec3,
 }
 
 /// What each part weighs, seen along one `wo`.
@@ -67,7 +71,14 @@ struct Mix {
 }
 
 impl Pbr {
-    pub fn bsdf(base_color: Vec3, metallic: f32, alpha: f32, layer: LayerCurve, multiscatter: bool) -> Bsdf {
+    pub fn bsdf(
+        base_color: Vec3,
+        metallic: f32,
+        alpha: f32,
+        layer: LayerCurve,
+        multiscatter: bool,
+        matte: Vec3,
+    ) -> Bsdf {
         let ggx = Ggx { alpha: alpha.clamp(MIN_ALPHA, 1.0) };
         let LayerCurve { f0, f90, rise } = layer;
         let layer = Layer::new(rise);
@@ -78,6 +89,7 @@ impl Pbr {
             dielectric: Specular::new(f0, f90, layer.average(), ggx.alpha, multiscatter),
             layer,
             diffuse: (1.0 - metallic) * base_color,
+            matte,
         })
     }
 
@@ -98,7 +110,10 @@ impl Pbr {
             let h = self.ggx.sample_normal(wo, u);
             (reflect_about(wo, h), h, Kind::Glossy)
         } else {
-            let wi = cosine_hemisphere(u);
+            let wi = match self.matte {
+                Vec3::Z => cosine_hemisphere(u),
+                leaning => Frame::from_z(leaning).to_world(cosine_hemisphere(u)),
+            };
             (wi, (wo + wi).try_normalize()?, Kind::Diffuse)
         };
         if wi.z <= 0.0 {
@@ -113,7 +128,7 @@ impl Pbr {
         let metal = mix.metal * self.metal.at(schlick_weight(wo_h));
         let dielectric = mix.dielectric * self.dielectric.at(self.layer.rise.at(wo_h));
         let facets = self.ggx.d(h) * self.ggx.g2_over_4_cos_cos(wo, wi) * wi.z;
-        let lambert = cosine_hemisphere_pdf(wi.z);
+        let lambert = cosine_hemisphere_pdf(wi.dot(self.matte));
         let pdf = mix.p_specular * self.ggx.pdf_mirrored(wo, h) + (1.0 - mix.p_specular) * lambert;
         ((metal + dielectric) * facets + mix.diffuse * lambert, pdf)
     }

@@ -27,7 +27,7 @@ fn pbr(base: Vec3, metallic: f32, roughness: f32) -> Bsdf {
 }
 
 fn layered(base: Vec3, metallic: f32, roughness: f32, ior: f32) -> Bsdf {
-    Pbr::bsdf(base, metallic, roughness * roughness, LayerCurve::dielectric(ior), true)
+    Pbr::bsdf(base, metallic, roughness * roughness, LayerCurve::dielectric(ior), true, Vec3::Z)
 }
 
 /// Lobes with a density wide enough for a χ² grid.
@@ -46,6 +46,9 @@ fn lobes() -> Vec<(String, Bsdf)> {
     for (metallic, roughness) in [(0.0, 0.25), (0.0, 1.0), (0.5, 0.5), (1.0, 0.7)] {
         all.push((format!("pbr {metallic} {roughness}"), pbr(GOLD, metallic, roughness)));
     }
+    // a base whose normal leans away from that of the facets, as under a steep normal map
+    let glass_like = LayerCurve::dielectric(1.5);
+    all.push(("leaning".into(), Pbr::bsdf(GOLD, 0.0, 0.2, glass_like, true, towards(0.6, 2.0))));
     all
 }
 
@@ -348,7 +351,7 @@ fn any_lobe() -> impl Strategy<Value = Bsdf> {
             ms
         )),
         (ior, corner(), corner(), corner(), any::<bool>()).prop_map(|(ior, base, metallic, alpha, ms)| {
-            Pbr::bsdf(Vec3::splat(base), metallic, alpha, LayerCurve::dielectric(ior), ms)
+            Pbr::bsdf(Vec3::splat(base), metallic, alpha, LayerCurve::dielectric(ior), ms, Vec3::Z)
         }),
     ]
 }

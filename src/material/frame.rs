@@ -20,18 +20,22 @@ pub enum Side {
     Boundary,
 }
 
-/// `map` is the tangent-space normal, not necessarily of unit length.
-pub fn shading_frame(point: &SurfacePoint, map: Option<Vec3>, wo: Vec3, side: Side) -> Frame {
+/// `map` is the tangent-space normal, not necessarily of unit length. Returned with the frame: the normal before it was
+/// made to mirror outside, which matte light keeps to, in the frame.
+pub fn shading_frame(point: &SurfacePoint, map: Option<Vec3>, wo: Vec3, side: Side) -> (Frame, Vec3) {
     let mapped = map.and_then(|map| bend(point, map)).unwrap_or(point.ns);
     let back = wo.dot(point.ng) < 0.0;
     let (ng, n) = if back { (-point.ng, -mapped) } else { (point.ng, mapped) };
     let n = lean_towards(n, wo);
-    Frame::from_z(match side {
-        Side::Matte => n,
-        Side::Glossy => keep_mirrored_outside(n, ng, wo),
-        Side::Boundary if back => -n,
-        Side::Boundary => n,
-    })
+    match side {
+        Side::Matte => (Frame::from_z(n), Vec3::Z),
+        Side::Boundary => (Frame::from_z(if back { -n } else { n }), Vec3::Z),
+        Side::Glossy => {
+            let glossy = keep_mirrored_outside(n, ng, wo);
+            let frame = Frame::from_z(glossy);
+            (frame, if glossy == n { Vec3::Z } else { frame.to_local(n) })
+        }
+    }
 }
 
 /// The map's normal in the frame of the interpolated normal and the tangent (glTF 2.0, 3.7.2.1: bitangent =
@@ -99,11 +103,11 @@ mod tests {
     #[test]
     fn normal_map_bends_along_tangent_and_bitangent() {
         let p = point(Vec3::Z, Vec4::new(1.0, 0.0, 0.0, 1.0));
-        let z = |map, wo| shading_frame(&p, Some(map), wo, Side::Matte).z;
+        let z = |map, wo| shading_frame(&p, Some(map), wo, Side::Matte).0.z;
         assert!(z(Vec3::new(0.6, 0.0, 0.8), Vec3::Z).abs_diff_eq(Vec3::new(0.6, 0.0, 0.8), 1e-6));
         assert!(z(Vec3::new(0.0, 0.6, 0.8), Vec3::Z).abs_diff_eq(Vec3::new(0.0, 0.6, 0.8), 1e-6));
         let mirrored = point(Vec3::Z, Vec4::new(1.0, 0.0, 0.0, -1.0));
-        let z = shading_frame(&mirrored, Some(Vec3::new(0.0, 0.6, 0.8)), Vec3::Z, Side::Matte).z;
+        let z = shading_frame(&mirrored, Some(Vec3::new(0.0, 0.6, 0.8)), Vec3::Z, Side::Matte).0.z;
         assert!(z.abs_diff_eq(Vec3::new(0.0, -0.6, 0.8), 1e-6));
     }
 
@@ -112,8 +116,8 @@ mod tests {
         let p = point(Vec3::Z, Vec4::new(1.0, 0.0, 0.0, 1.0));
         let map = Some(Vec3::new(0.6, 0.0, 0.8));
         let back = -Vec3::Z;
-        assert!(shading_frame(&p, map, back, Side::Matte).z.abs_diff_eq(Vec3::new(-0.6, 0.0, -0.8), 1e-6));
-        assert!(shading_frame(&p, map, back, Side::Boundary).z.abs_diff_eq(Vec3::new(0.6, 0.0, 0.8), 1e-6));
+        assert!(shading_frame(&p, map, back, Side::Matte).0.z.abs_diff_eq(Vec3::new(-0.6, 0.0, -0.8), 1e-6));
+        assert!(shading_frame(&p, map, back, Side::Boundary).0.z.abs_diff_eq(Vec3::new(0.6, 0.0, 0.8), 1e-6));
     }
 
     #[test]
@@ -122,7 +126,7 @@ mod tests {
             (Vec3::new(0.8, 0.0, 0.6), Vec3::new(-0.9, 0.0, 0.1).normalize()),
             (Vec3::new(0.0, -1.0, 1e-3).normalize(), Vec3::new(0.0, 1.0, 1e-4).normalize()),
         ] {
-            let z = shading_frame(&point(ns, Vec4::ZERO), None, wo, Side::Matte).z;
+            let z = shading_frame(&point(ns, Vec4::ZERO), None, wo, Side::Matte).0.z;
             assert!(z.dot(wo) > 0.0 && (z.length() - 1.0).abs() < 1e-5);
         }
     }
@@ -134,7 +138,7 @@ mod tests {
             for n in directions(12) {
                 let p = point(n, Vec4::ZERO);
                 let leaned = lean_towards(n, wo);
-                let z = shading_frame(&p, None, wo, Side::Glossy).z;
+                let z = shading_frame(&p, None, wo, Side::Glossy).0.z;
                 let height = |n: Vec3| 2.0 * n.dot(wo) * n.z - wo.z;
                 let threshold = (0.9 * wo.z).min(0.01);
                 assert!(height(z) > threshold - 1e-4, "{n} from {wo}: {}", height(z));

@@ -92,6 +92,16 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
     let color =
         |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
     let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
+    let side = match material.surface {
+        Surface::Dielectric { .. } => Side::Boundary,
+        Surface::Metal { .. } | Surface::Pbr(_) => Side::Glossy,
+        Surface::Diffuse { .. } | Surface::Unlit { .. } | Surface::Black => Side::Matte,
+    };
+    let map = material.normal.map(|map| {
+        let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
+        Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
+    });
+    let (frame, matte) = shading_frame(point, map, wo, side);
     let bsdf = match &material.surface {
         Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),
         Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => FuzzyMirror::bsdf(color(c), *fuzz),
@@ -116,19 +126,11 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
             alpha(unit(&pbr.roughness)),
             LayerCurve::dielectric(pbr.ior),
             pbr.multiscatter,
+            matte,
         ),
         Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
     };
-    let side = match material.surface {
-        Surface::Dielectric { .. } => Side::Boundary,
-        Surface::Metal { .. } | Surface::Pbr(_) => Side::Glossy,
-        Surface::Diffuse { .. } | Surface::Unlit { .. } | Surface::Black => Side::Matte,
-    };
-    let map = material.normal.map(|map| {
-        let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
-        Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
-    });
-    (bsdf, shading_frame(point, map, wo, side))
+    (bsdf, frame)
 }
 
 /// Perceptual roughness to the width of the microfacet distribution (glTF 2.0, B.3.1).
