@@ -84,11 +84,6 @@ impl Overrides {
         set(&mut output.view, view);
     }
 
-    /// Pixels, width and height.
-    pub fn size(&self) -> Option<[u32; 2]> {
-        self.size
-    }
-
     pub fn threads(&self) -> Option<usize> {
         self.threads
     }
