@@ -33,6 +33,8 @@ use crate::{
 /// Ctrl-C once finishes early and writes what there is; twice stops at once. Exit codes: 0 done, 1 interrupted or
 /// failed, 2 bad input.
 #[derive(Debug, clap::Args)]
+// of a flag given twice the last counts, so that a command can be recalled and amended
+#[command(args_override_self = true)]
 pub struct Args {
     /// Scene file (.toml) or model (.glb, .gltf, .obj)
     file: PathBuf,

@@ -1,0 +1,38 @@
+//! The same bits whatever the number of threads, on scenes that use everything: lens, glass, textures, environment maps.
+
+use std::path::Path;
+
+use rayo::{
+    compile::compile,
+    import::assemble,
+    render::{self, Monitor, Settings},
+    scene,
+};
+
+/// Every sum and count of the film, as bits.
+fn film(name: &str, threads: usize, seed: u64) -> Vec<u64> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let scene = scene::load(&file).unwrap_or_else(|all| panic!("{all:?}"));
+    let (world, settings, _) = assemble(scene).unwrap_or_else(|all| panic!("{all:?}"));
+    let settings = Settings { size: [60, 40], samples: 24, threads: Some(threads), seed, ..settings };
+    let scene = compile(world, &settings);
+    let rendering = render::render(&scene, &settings, &Monitor::default()).expect("rendered");
+    let pixels = rendering.film.pixels().iter();
+    pixels
+        .flat_map(|p| {
+            let variance = p.variance().unwrap_or_default();
+            let floats = [p.mean().to_array(), variance.to_array()].concat();
+            floats.into_iter().map(|f| u64::from(f.to_bits())).chain([p.kept().into(), p.dropped().into()])
+        })
+        .collect()
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_number_of_threads() {
+    for name in ["cover.toml", "cornell.toml", "still-life.toml"] {
+        let one = film(name, 1, 0);
+        assert!(one == film(name, 2, 0), "{name}: 2 threads differ from 1");
+        assert!(one == film(name, 7, 0), "{name}: 7 threads differ from 1");
+        assert!(one != film(name, 1, 1), "{name}: another seed gives another picture");
+    }
+}
