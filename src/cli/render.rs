@@ -28,7 +28,7 @@ use crate::{
 /// Render a scene file or a model
 ///
 /// A scene file (.toml) says what is in the picture and how it is made; flags override it. A model (.glb, .gltf, .obj)
-/// is shown with its own camera or one that frames it, in a built-in studio.
+/// is shown with its own camera or one that frames it, and by its own lights or in a built-in studio.
 ///
 /// Ctrl-C once finishes early and writes what there is; twice stops at once. Exit codes: 0 done, 1 interrupted or
 /// failed, 2 bad input.

@@ -112,7 +112,8 @@ fn add_meshes(clean: &Clean, path: &Path, model: &mut Model) -> Result<Vec<Objec
     }
     if model.meshes.is_empty() {
         let message = "there is nothing to render: no face has finite corners";
-        return Err(vec![Diagnostic::error(path, Place::File, message)]);
+        let help = "its vertices are `nan` or `inf`, or too large: export it again";
+        return Err(vec![Diagnostic::error(path, Place::File, message).help(help)]);
     }
     Ok(named)
 }
