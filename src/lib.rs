@@ -20,7 +20,7 @@
 //! | [`integrator`] | a `Scene` and one pixel sample in, radiance out |
 //! | [`film`], [`render`] | sums per pixel; passes, tiles, threads, limits |
 //! | [`color`], [`output`] | view transforms; PNG, EXR, HDR, statistics |
-//! | [`diagnostic`] | what is wrong, where, and what to do about it |
+//! | [`input`], [`diagnostic`] | reading what users name; what is wrong with it, where, and what to do about it |
 //!
 //! Conventions: right-handed, +Y up, metres, radians inside (degrees in files), linear Rec.709 radiance in
 //! W·m⁻²·sr⁻¹. Directions `wo` and `wi` point away from the surface.
@@ -35,6 +35,7 @@ pub mod diagnostic;
 pub mod film;
 pub mod geometry;
 pub mod import;
+pub mod input;
 pub mod integrator;
 pub mod light;
 pub mod material;

@@ -156,6 +156,21 @@ fn a_scene_becomes_a_picture_and_statistics() {
     assert_eq!(stats["rays"]["camera"], 800);
 }
 
+/// A sphere that shines, alone and without a camera: framed for the scene's narrow picture it would be small in a wide one.
+#[test]
+fn size_on_the_command_line_is_framed() {
+    let folder = folder();
+    let at = folder.path();
+    let scene = "[render]\nsize = [8, 80]\n[environment]\ntype = \"color\"\ncolor = 0\n[materials.lamp]\ntype = \"emissive\"\n\
+                 color = 1\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"lamp\"\n";
+    fs::write(at.join("lamp.toml"), scene).expect("written");
+    let output = run(at, "render lamp.toml -o lamp.png --size 60x30 --samples 2");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let picture = image::open(at.join("lamp.png")).expect("decodes").into_luma8();
+    let lit = (0..30).filter(|&y| picture.get_pixel(30, y).0[0] > 128).count();
+    assert!((24..=29).contains(&lit), "{lit} of 30 rows are lit");
+}
+
 #[test]
 fn quiet_is_quiet_and_every_format_is_written() {
     let folder = folder();

@@ -1,7 +1,8 @@
 //! Every sample glTF file, valid and invalid, through the importer: a model or an error, never a panic, and quickly.
 //!
-//! The samples are reached through the environment variable `RAYO_SAMPLE_ASSETS`; where it is unset these tests say so
-//! and pass. Figures of the known files were counted apart from the importer, from their JSON.
+//! Figures of the known files were counted apart from the importer, from their JSON.
+
+mod samples;
 
 use std::{
     path::{Path, PathBuf},
@@ -13,34 +14,10 @@ use rayo::{
     import::gltf,
     world::Model,
 };
+use samples::{files, samples};
 
+const GLTF: [&str; 2] = ["gltf", "glb"];
 const TIME_LIMIT: Duration = Duration::from_secs(5);
-
-/// The folder of samples, or `None` with a line that says the test was skipped.
-fn samples() -> Option<PathBuf> {
-    let folder = std::env::var_os("RAYO_SAMPLE_ASSETS").map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: RAYO_SAMPLE_ASSETS is not set");
-    }
-    folder
-}
-
-fn gltf_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).expect("a readable folder").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    files
-}
 
 fn load_in_time(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     let start = Instant::now();
@@ -82,9 +59,9 @@ fn assert_sound(model: &Model, path: &Path) {
 
 #[test]
 fn every_sample_loads_or_says_why_not() {
-    let Some(samples) = samples() else { return };
+    let Some(samples) = samples("gltf") else { return };
     let (mut loaded, mut refused) = (0, 0);
-    for path in gltf_files(&samples.join("gltf")) {
+    for path in files(&samples, &GLTF) {
         match load_in_time(&path) {
             Ok(_) => loaded += 1,
             Err(diagnostics) => {
@@ -119,10 +96,10 @@ const KNOWN: [(&str, [usize; 5]); 17] = [
 
 #[test]
 fn known_samples_hold_what_their_json_says() {
-    let Some(samples) = samples() else { return };
+    let Some(samples) = samples("gltf") else { return };
     let mut wrong = Vec::new();
     for (name, expected) in KNOWN {
-        let path = samples.join("gltf").join(name);
+        let path = samples.join(name);
         let model = load_in_time(&path).unwrap_or_else(|e| panic!("{name}: {e:?}"));
         let triangles = model.instances.iter().map(|i| model.meshes[i.mesh.index()].triangles.len()).sum();
         let found =
@@ -137,8 +114,8 @@ fn known_samples_hold_what_their_json_says() {
 /// MikkTSpace as called here against the tangents that FlightHelmet brings, which Blender's exporter or its like made.
 #[test]
 fn generated_tangents_agree_with_given_ones() {
-    let Some(samples) = samples() else { return };
-    let path = samples.join("gltf/FlightHelmet/FlightHelmet.gltf");
+    let Some(samples) = samples("gltf") else { return };
+    let path = samples.join("FlightHelmet/FlightHelmet.gltf");
     let given = load_in_time(&path).expect("a valid sample");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let text = std::fs::read_to_string(&path).expect("a readable sample");
@@ -165,9 +142,9 @@ fn generated_tangents_agree_with_given_ones() {
 /// printed so that a change of heart shows.
 #[test]
 fn invalid_samples_never_panic() {
-    let Some(samples) = samples() else { return };
+    let Some(samples) = samples("gltf-invalid") else { return };
     let [mut refused, mut warned, mut accepted, mut refused_valid] = [0, 0, 0, 0];
-    for path in gltf_files(&samples.join("gltf-invalid")) {
+    for path in files(&samples, &GLTF) {
         let result = load_in_time(&path);
         let report = PathBuf::from(format!("{}.report.json", path.display()));
         let Ok(report) = std::fs::read(report) else { continue };

@@ -1,6 +1,6 @@
 //! Real OBJ files, whole and damaged: each is a model or a list of what is wrong, soon and without a panic.
-//!
-//! The files are not ours: the environment variable `RAYO_SAMPLE_ASSETS` names the folder that holds `obj/`.
+
+mod samples;
 
 use std::{
     fs,
@@ -9,33 +9,12 @@ use std::{
 };
 
 use rayo::{diagnostic::Diagnostic, import::obj, world::Model};
+use samples::{files, samples};
 
 const LONGEST: Duration = Duration::from_secs(5);
 const MUTATIONS: usize = 2000;
 /// Files up to this size are damaged: small enough for thousands of loads.
 const SMALL: u64 = 4 << 10;
-
-fn samples() -> Option<PathBuf> {
-    let root = std::env::var_os("RAYO_SAMPLE_ASSETS").map(|root| PathBuf::from(root).join("obj"));
-    if root.is_none() {
-        println!("skipped: RAYO_SAMPLE_ASSETS is not set");
-    }
-    root
-}
-
-fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("the folder is there").flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            found.append(&mut files(&path, extension));
-        } else if path.extension().is_some_and(|e| e == extension) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    found
-}
 
 /// Loads `path`, and checks what holds for every file whatsoever.
 fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
@@ -75,9 +54,9 @@ fn check(model: &Model) {
 
 #[test]
 fn every_sample_is_a_model_or_an_error() {
-    let Some(folder) = samples() else { return };
+    let Some(folder) = samples("obj") else { return };
     let (mut models, mut triangles, mut warnings, mut refused) = (0, 0, 0, 0);
-    for path in files(&folder, "obj") {
+    for path in files(&folder, &["obj"]) {
         let name = path.strip_prefix(&folder).unwrap_or(&path).display();
         match load(&path) {
             Ok(model) => {
@@ -126,11 +105,11 @@ fn our_own_model_is_whole() {
 
 #[test]
 fn damaged_samples_do_no_harm() {
-    let Some(folder) = samples() else { return };
+    let Some(folder) = samples("obj") else { return };
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() <= SMALL);
     let read = |path: PathBuf| fs::read(path).expect("it can be read");
-    let objs: Vec<_> = files(&folder, "obj").into_iter().filter(small).map(read).collect();
-    let mtls: Vec<_> = files(&folder, "mtl").into_iter().filter(small).map(read).collect();
+    let objs: Vec<_> = files(&folder, &["obj"]).into_iter().filter(small).map(read).collect();
+    let mtls: Vec<_> = files(&folder, &["mtl"]).into_iter().filter(small).map(read).collect();
     let place = tempfile::tempdir().expect("a folder for temporary files");
     let (obj, mtl) = (place.path().join("a.obj"), place.path().join("a.mtl"));
     let mut random = Random(0x7261_796F);

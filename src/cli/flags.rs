@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use crate::{
     output::{self, View},
-    render::{self, Bounces, MAX_SAMPLES, MAX_THREADS},
+    render::{self, Bounces, MAX_BOUNCES, MAX_SAMPLES, MAX_THREADS},
     scene::parse_duration,
 };
 
@@ -31,7 +31,7 @@ pub struct Overrides {
     time: Option<Duration>,
 
     /// Scattering events per path, at most, whatever their kind; 0: direct light only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_BOUNCES)))]
     bounces: Option<u32>,
 
     /// Another number, another pattern of noise
@@ -82,11 +82,6 @@ impl Overrides {
             ViewName::Raw => View::Raw,
         });
         set(&mut output.view, view);
-    }
-
-    /// Pixels, width and height.
-    pub fn size(&self) -> Option<[u32; 2]> {
-        self.size
     }
 
     pub fn threads(&self) -> Option<usize> {

@@ -28,7 +28,7 @@ use crate::{
 /// Render a scene file or a model
 ///
 /// A scene file (.toml) says what is in the picture and how it is made; flags override it. A model (.glb, .gltf, .obj)
-/// is shown with its own camera or one that frames it, in a built-in studio.
+/// is shown with its own camera or one that frames it, and by its own lights or in a built-in studio.
 ///
 /// Ctrl-C once finishes early and writes what there is; twice stops at once. Exit codes: 0 done, 1 interrupted or
 /// failed, 2 bad input.
@@ -66,13 +66,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let interrupt = Interrupt::install();
     let mut seconds = Seconds::default();
 
-    // What the flags say is checked before loading, which may take its time; what the scene says, after.
+    // Loading may take its time: what the flags name is checked before.
     let picture = args.output.as_deref().map(|file| (file, PICTURE_EXTENSIONS));
     let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
     check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
     let job = timed(&mut seconds.load, || threads(args.overrides.threads())?.install(|| load(args)))?;
-    check_job(args, &job)?;
     if !args.quiet {
         warn(&job, &args.overrides);
     }
@@ -107,41 +106,45 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Reads the input and applies the flags.
+/// Reads the input, as the flags change it: framing depends on the size of the picture.
 fn load(args: &Args) -> Result<Job, Failure> {
     let extension = args.file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let (world, mut render, mut output) = match extension.as_str() {
-        "toml" => scene::load(&args.file).and_then(assemble).map_err(|all| bad_input(&all))?,
+    match extension.as_str() {
+        "toml" => {
+            let mut scene = scene::load(&args.file).map_err(|all| bad_input(&all))?;
+            adjust(&mut scene.render, &mut scene.output, args)?;
+            let (world, render, output) = assemble(scene).map_err(|all| bad_input(&all))?;
+            Ok(Job { world, render, output })
+        }
         "glb" | "gltf" | "obj" => {
-            let settings = render::Settings::default();
-            let size = args.overrides.size().unwrap_or(settings.size);
-            let world = studio::bare_asset(&args.file, size).map_err(|all| bad_input(&all))?;
             // Beside whoever asked, not beside the model, which may lie in somebody's collection.
             let name = args.file.file_name().map(PathBuf::from).unwrap_or_default();
             let file = name.with_extension("png");
-            (world, settings, output::Settings { file, ..output::Settings::default() })
+            let mut render = render::Settings::default();
+            let mut output = output::Settings { file, ..output::Settings::default() };
+            adjust(&mut render, &mut output, args)?;
+            let world = studio::bare_asset(&args.file, render.size).map_err(|all| bad_input(&all))?;
+            Ok(Job { world, render, output })
         }
         _ => {
             let name = args.file.display();
-            return Err(Failure::BadInput(format!(
+            Err(Failure::BadInput(format!(
                 "error: cannot tell what {name} is: rayo renders scene files (.toml) and models (.glb, .gltf, .obj)"
-            )));
+            )))
         }
-    };
-    args.overrides.apply(&mut render, &mut output);
-    if let Some(file) = &args.output {
-        output.file = file.clone();
     }
-    Ok(Job { world, render, output })
 }
 
-fn check_job(args: &Args, job: &Job) -> Result<(), Failure> {
-    let faults = job.render.faults();
+/// Applies the flags, and checks what comes of it before anything large is loaded.
+fn adjust(render: &mut render::Settings, output: &mut output::Settings, args: &Args) -> Result<(), Failure> {
+    args.overrides.apply(render, output);
+    let faults = render.faults();
     if !faults.is_empty() {
         return Err(Failure::BadInput(faults.iter().map(|fault| format!("error: {fault}\n")).collect()));
     }
-    if args.output.is_none() {
-        check_targets([(job.output.file.as_path(), PICTURE_EXTENSIONS)])?;
+    match &args.output {
+        Some(file) => output.file = file.clone(),
+        None => check_targets([(output.file.as_path(), PICTURE_EXTENSIONS)])?,
     }
     Ok(())
 }

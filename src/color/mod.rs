@@ -3,10 +3,12 @@
 //! A [`Picture`] is the film's mean, linear Rec.709 radiance. [`View`] is applied only where a file stores display
 //! numbers (PNG); EXR and HDR keep the picture as it is.
 
+mod luminance;
 mod picture;
 mod srgb;
 mod view;
 
+pub use luminance::{LUMINANCE, luminance};
 pub use picture::Picture;
 pub use srgb::{srgb_decode, srgb_encode};
 pub use view::{View, exposure_factor};

@@ -4,7 +4,8 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::object::{EmitterMap, Object, ObjectKind};
 use crate::{
-    light::{Emitter, Quad, Shape, Sphere, Triangle, luminance},
+    color::luminance,
+    light::{Emitter, Quad, Shape, Sphere, Triangle},
     material,
     sampling::warp::uniform_triangle,
     texture::Textures,

@@ -12,14 +12,9 @@ mod tile;
 
 use std::collections::TryReserveError;
 
-use glam::DVec3;
-
 pub use noise::NoiseMap;
 pub use pixel::Pixel;
 pub use tile::Tile;
-
-/// Weights of Rec.709 primaries in luminance (ITU-R BT.709).
-const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// The sums of every pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::LUMINANCE;
+use crate::color::LUMINANCE;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {

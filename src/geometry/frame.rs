@@ -23,18 +23,6 @@ impl Frame {
         Self { x, y, z }
     }
 
-    /// The frame about the unit vector `z` whose x is `tangent` made orthogonal to it; any frame about `z` where
-    /// `tangent` is zero, not finite or along `z`.
-    pub fn from_z_and_tangent(z: Vec3, tangent: Vec3) -> Self {
-        let flatten = |x: Vec3| x - x.dot(z) * z;
-        // Of a tangent along z only rounding is left. Twice, since what is left of one nearly along z is off by as much.
-        let flat = tangent.try_normalize().map(flatten).filter(|x| x.length_squared() > 1e-8);
-        match flat.map(|x| flatten(x.normalize()).normalize()) {
-            Some(x) => Self { x, y: z.cross(x), z },
-            None => Self::from_z(z),
-        }
-    }
-
     pub fn to_local(&self, w: Vec3) -> Vec3 {
         Vec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z))
     }
@@ -67,15 +55,6 @@ mod tests {
         let spread = (0..500).map(|i| uniform_sphere(glam::Vec2::new(r3(i)[0], r3(i)[1])));
         for z in poles.into_iter().chain(spread) {
             check(&Frame::from_z(z));
-            for tangent in [Vec3::X, Vec3::Z, z, -2.0 * z, Vec3::ZERO, Vec3::NAN, Vec3::new(1e-3, 5.0, 1.0)] {
-                check(&Frame::from_z_and_tangent(z, tangent));
-            }
         }
-    }
-
-    #[test]
-    fn tangent_gives_the_x_axis() {
-        let frame = Frame::from_z_and_tangent(Vec3::Z, Vec3::new(0.0, 3.0, 4.0));
-        assert!(frame.x.abs_diff_eq(Vec3::Y, 1e-6) && frame.y.abs_diff_eq(Vec3::NEG_X, 1e-6));
     }
 }

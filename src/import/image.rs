@@ -8,8 +8,7 @@
 //! panics is an error like any other.
 
 use std::{
-    fs::File,
-    io::{Cursor, Read},
+    io::Cursor,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
@@ -18,6 +17,7 @@ use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
 use crate::{
     diagnostic::{Diagnostic, Place},
+    input,
     world::{Image, Texels},
 };
 
@@ -33,7 +33,8 @@ const EXR_MAGIC: [u8; 4] = [0x76, 0x2F, 0x31, 0x01];
 /// Reads and decodes the file at `path`.
 pub fn load(path: &Path) -> Result<Image, Diagnostic> {
     let error = |message: String| Diagnostic::error(path, Place::File, message);
-    let bytes = read(path).map_err(|e| error(format!("the image cannot be read: {e}")))?;
+    let bytes =
+        input::read(path, MAX_FILE_BYTES).map_err(|e| error(format!("the image cannot be read: {e}")))?;
     decode(&bytes, &path.to_string_lossy()).map_err(|e| {
         error(format!("the image cannot be decoded: {e}"))
             .help("PNG, JPEG, WebP, BMP, TGA, HDR and EXR are read")
@@ -56,19 +57,6 @@ pub fn byte_size(image: &Image) -> u64 {
         Texels::Rgba16(texels) => size_of_val(texels.as_slice()) as u64,
         Texels::RgbF32(texels) => size_of_val(texels.as_slice()) as u64,
     }
-}
-
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    let metadata = std::fs::metadata(path)?;
-    if !metadata.is_file() {
-        return Err(std::io::Error::other("it is not a file"));
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Err(std::io::Error::other(format!("it is larger than {MAX_FILE_BYTES} bytes")));
-    }
-    let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_FILE_BYTES).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 type Decoded = (u32, u32, Texels);

@@ -1,4 +1,4 @@
-//! Outside assets into a [`Model`](crate::world::Model), and everything a scene file names into one
+//! Outside assets into a [`Model`], and everything a scene file names into one
 //! [`World`](crate::world::World).
 
 mod assemble;

@@ -4,6 +4,9 @@
 //! where the camera stands: the key to its upper left, the fill to its right, the rim behind the asset; each faces the
 //! asset and is moved outwards (growing, so that it gives the same light) until the camera does not see it. Their
 //! radiance is set so that a grey of 0.5 that faces camera and key shows as about 0.45.
+//!
+//! An asset that brings lights of its own, strong enough to be seen by, is shown in these and a dimmer surrounding: soft
+//! lights and backdrop would stand in their way.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI},
@@ -18,10 +21,11 @@ use super::{
     model,
 };
 use crate::{
+    color::luminance,
     diagnostic::{Diagnostic, Place},
     world::{
-        Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Material, MaterialId, Mesh,
-        MeshId, Projection, Quad, Surface, World,
+        Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Light, Material, MaterialId,
+        Mesh, MeshId, Projection, Quad, Surface, World,
     },
 };
 
@@ -30,6 +34,14 @@ const BACKDROP: f32 = 0.5;
 
 /// Radiance of the surrounding, from below and from above.
 const SURROUNDING: [f32; 2] = [0.1, 0.35];
+
+/// Factor on the surrounding of an asset that brings lights.
+const DIMMED: f32 = 0.25;
+
+/// What the asset's own lights give it, in W/m²: the least to be seen by, a tenth of what the studio gives …
+const ENOUGH: f64 = 0.3;
+/// … and the most without a warning: a grey of 0.5 is brighter than white.
+const BLINDING: f64 = 10.0;
 
 /// A light by where it stands: components along the camera's right, world up, and away from the camera.
 struct SoftLight {
@@ -55,7 +67,7 @@ const ARC: u32 = 32;
 const MOVES: u32 = 40;
 
 /// The asset at `path` in the studio, for a picture of this size in pixels: seen by its own camera, or else one that
-/// frames it; lit by its own lights too.
+/// frames it.
 pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>> {
     let model = model(path)?;
     let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
@@ -77,8 +89,34 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
         Some(own) => own.clone(),
         None => framing::frame(&subject, framing::USUAL, aspect as f32),
     };
-    furnish(&mut world, &bounds, aspect);
+    let own = own_light(&world.model.lights, &bounds);
+    if own < ENOUGH {
+        furnish(&mut world, &bounds, aspect);
+    } else {
+        world.environment.strength = DIMMED;
+    }
+    if own > BLINDING {
+        let stops = -(own / PI).log2().round();
+        let message =
+            format!("the asset's own lights give it some {own:.0} W/m²: the picture will be too bright");
+        let warning = Diagnostic::warning(path, Place::File, message)
+            .help(format!("darken it with `--exposure {stops}`, or light it in a scene file"));
+        world.model.warnings.push(warning);
+    }
     Ok(world)
+}
+
+/// Irradiance at the middle of the asset, at a surface that faces each light, without shadows or the edges of cones. A
+/// light within the asset counts as if it stood at its rim.
+fn own_light(lights: &[Light], bounds: &Bounds) -> f64 {
+    let from = |light: &Light| match *light {
+        Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
+            let distance = position.as_dvec3().distance(bounds.center()).max(bounds.radius());
+            f64::from(luminance(intensity)) / distance.powi(2)
+        }
+        Light::Sun { irradiance, .. } => luminance(irradiance).into(),
+    };
+    lights.iter().map(from).sum()
 }
 
 fn surrounding() -> Environment {

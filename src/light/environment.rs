@@ -15,8 +15,8 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::{luminance, map::Map};
-use crate::{sampling::distribution::linear, world};
+use super::map::Map;
+use crate::{color::luminance, sampling::distribution::linear, world};
 
 #[derive(Clone, Debug)]
 pub struct Environment {

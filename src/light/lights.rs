@@ -15,8 +15,9 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Environment, EnvironmentSample, Punctual, Shape, Sun, luminance, tree::Tree};
+use super::{Environment, EnvironmentSample, Punctual, Shape, Sun, tree::Tree};
 use crate::{
+    color::luminance,
     sampling::distribution::{Discrete, ONE_MINUS_EPSILON},
     world,
 };

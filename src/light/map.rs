@@ -21,8 +21,9 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::{EnvironmentSample, luminance};
+use super::EnvironmentSample;
 use crate::{
+    color::{luminance, srgb_decode},
     sampling::distribution::{Grid, linear},
     world::{ColorSpace, Image, Texels},
 };
@@ -202,8 +203,7 @@ struct Location {
 fn linear_texels(texels: &Texels, color_space: ColorSpace) -> Vec<[f32; 3]> {
     let decode = |stored: f32| match color_space {
         ColorSpace::Linear => stored,
-        ColorSpace::Srgb if stored <= 0.04045 => stored / 12.92,
-        ColorSpace::Srgb => ((stored + 0.055) / 1.055).powf(2.4),
+        ColorSpace::Srgb => srgb_decode(stored),
     };
     match texels {
         Texels::Rgba8(texels) => {

@@ -20,10 +20,3 @@ pub use shape::{Shape, ShapeSample};
 pub use sphere::Sphere;
 pub use sun::Sun;
 pub use triangle::Triangle;
-
-use glam::Vec3;
-
-/// Of linear Rec.709 (ITU-R BT.709-6, 3.2).
-pub(crate) fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}

@@ -14,7 +14,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{cluster::Cluster, luminance};
+use super::cluster::Cluster;
+use crate::color::luminance;
 
 /// The narrowest band, in cos θ, between the inner and the outer cone: equal angles give a sharp edge, not 0 / 0.
 const NARROWEST_BAND: f32 = 1e-6;

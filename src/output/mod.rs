@@ -21,7 +21,7 @@ use std::path::Path;
 
 pub use file::{check_writable, write_file};
 pub use settings::{Depth, Settings, View};
-pub use stats::{Rays, SceneCounts, Seconds, Stats, peak_memory};
+pub use stats::{Rays, Seconds, Stats, peak_memory};
 
 use crate::color::Picture;
 

@@ -9,7 +9,7 @@ use crate::{
     compile::SceneStats,
     film::SampleCounts,
     integrator::RayCounts,
-    render::{Outcome, Rendering, Settings},
+    render::{Bounces, Outcome, Rendering, Settings},
 };
 
 #[derive(Debug, Serialize)]
@@ -19,7 +19,7 @@ pub struct Stats {
     pub file: String,
     pub outcome: &'static str,
     pub settings: SettingsUsed,
-    pub scene: SceneCounts,
+    pub scene: SceneStats,
     pub rays: Rays,
     pub samples: Samples,
     /// Estimated relative error of the picture.
@@ -41,31 +41,6 @@ pub struct SettingsUsed {
     pub bounces: Bounces,
     pub view: &'static str,
     pub exposure: f32,
-}
-
-#[derive(Debug, Serialize)]
-pub struct Bounces {
-    pub total: u32,
-    pub diffuse: u32,
-    pub glossy: u32,
-    pub transmission: u32,
-}
-
-#[derive(Debug, Serialize)]
-pub struct SceneCounts {
-    pub triangles: u64,
-    pub triangles_set_aside: u64,
-    pub instances: u64,
-    pub meshes: u64,
-    pub spheres: u64,
-    pub quads: u64,
-    pub lights: u64,
-    pub materials: u64,
-    pub textures: u64,
-    pub bvh_seconds: f64,
-    pub bvh_bytes: u64,
-    pub geometry_bytes: u64,
-    pub texture_bytes: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -118,7 +93,7 @@ impl Stats {
                 Outcome::Cancelled => "interrupted",
             },
             settings: SettingsUsed::new(settings, output),
-            scene: SceneCounts::from(scene),
+            scene: *scene,
             rays: Rays::new(&rendering.rays, rendering.duration),
             samples: Samples {
                 per_pixel_min: counts.min,
@@ -142,7 +117,6 @@ impl Stats {
 
 impl SettingsUsed {
     fn new(render: &Settings, output: &OutputSettings) -> Self {
-        let bounces = render.bounces;
         Self {
             size: render.size,
             crop: render.crop,
@@ -151,38 +125,13 @@ impl SettingsUsed {
             time_seconds: render.time.map(|t| t.as_secs_f64()),
             seed: render.seed,
             threads: render.threads,
-            bounces: Bounces {
-                total: bounces.total,
-                diffuse: bounces.diffuse,
-                glossy: bounces.glossy,
-                transmission: bounces.transmission,
-            },
+            bounces: render.bounces,
             view: match output.view {
                 View::Srgb => "srgb",
                 View::Gamma2 => "gamma2",
                 View::Raw => "raw",
             },
             exposure: output.exposure,
-        }
-    }
-}
-
-impl From<&SceneStats> for SceneCounts {
-    fn from(s: &SceneStats) -> Self {
-        Self {
-            triangles: s.triangles,
-            triangles_set_aside: s.triangles_set_aside,
-            instances: s.instances,
-            meshes: s.meshes,
-            spheres: s.spheres,
-            quads: s.quads,
-            lights: s.lights,
-            materials: s.materials,
-            textures: s.textures,
-            bvh_seconds: s.bvh_seconds,
-            bvh_bytes: s.bvh_bytes,
-            geometry_bytes: s.geometry_bytes,
-            texture_bytes: s.texture_bytes,
         }
     }
 }

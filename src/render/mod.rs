@@ -22,7 +22,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 pub use monitor::Monitor;
 pub use settings::{
-    Bounces, FilterKind, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS, PixelFilter, Settings,
+    Bounces, FilterKind, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS, PixelFilter, Settings,
 };
 
 use crate::{

@@ -2,19 +2,23 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 /// Pixels along a side of a picture.
-pub const MAX_SIDE: u32 = 65_536;
+pub const MAX_SIDE: u32 = 1 << 16;
 
 /// Pixels of a picture: 2²⁸, whose film takes 15 GB.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
 pub const MAX_SAMPLES: u32 = 1 << 24;
 
+pub const MAX_BOUNCES: u32 = 1024;
+
 pub const MAX_THREADS: usize = 1024;
 
 /// The most scattering events a path may have, in all and by kind. 0 leaves direct light alone: light arriving at
 /// the first surface from emitters, without interreflection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Bounces {
     pub total: u32,
     pub diffuse: u32,
@@ -86,8 +90,14 @@ impl Settings {
             format!("the number of samples is {}, but must be from 1 to {MAX_SAMPLES}", self.samples),
         );
         check(
-            !(0.0..=1.0).contains(&self.noise),
-            format!("the noise threshold is {}, but must be from 0 (off) to 1", self.noise),
+            !(0.0..1.0).contains(&self.noise),
+            format!("the noise threshold is {}, but must be from 0 (off) to below 1", self.noise),
+        );
+        let Bounces { total, diffuse, glossy, transmission } = self.bounces;
+        let bounces = total.max(diffuse).max(glossy).max(transmission);
+        check(
+            bounces > MAX_BOUNCES,
+            format!("the number of bounces is {bounces}, but must be at most {MAX_BOUNCES}"),
         );
         check(
             self.threads.is_some_and(|n| !(1..=MAX_THREADS).contains(&n)),
@@ -145,9 +155,10 @@ mod tests {
             samples: 0,
             noise: f32::NAN,
             threads: Some(0),
+            bounces: Bounces { glossy: MAX_BOUNCES + 1, ..Bounces::uniform(4) },
             ..Settings::default()
         };
-        assert_eq!(bad.faults().len(), 5, "{:?}", bad.faults());
+        assert_eq!(bad.faults().len(), 6, "{:?}", bad.faults());
         assert_eq!(bad.window(), [0, 1, 0, 0]);
         let huge = Settings { size: [MAX_SIDE, MAX_SIDE], ..Settings::default() };
         assert_eq!(huge.faults().len(), 1);

@@ -10,6 +10,7 @@ use super::{
     range::read_array,
     read::{Read, Value, kind},
 };
+use crate::color::srgb_decode;
 
 const FORMS: &str = "a number (grey), three numbers (linear Rec.709) or \"#rrggbb\" (sRGB)";
 
@@ -63,12 +64,7 @@ fn hexadecimal(text: &str) -> Option<Color> {
         [r1, r0, g1, g0, b1, b0] => [r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0],
         _ => return None,
     };
-    Some(Color(bytes.map(|byte| srgb_to_linear(byte as f32 / 255.0))))
-}
-
-/// IEC 61966-2-1.
-fn srgb_to_linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+    Some(Color(bytes.map(|byte| srgb_decode(byte as f32 / 255.0))))
 }
 
 impl JsonSchema for Color {

@@ -1,6 +1,6 @@
 //! From a file's text to a [`ValidScene`], and the JSON Schema of such texts.
 
-use std::{io::Read as _, ops::Range, path::Path, sync::Arc};
+use std::{ops::Range, path::Path, sync::Arc};
 
 use schemars::generate::SchemaSettings;
 use toml::{
@@ -9,26 +9,19 @@ use toml::{
 };
 
 use super::{ValidScene, context::Context, document::Document};
-use crate::diagnostic::{Diagnostic, Place};
+use crate::{
+    diagnostic::{Diagnostic, Place},
+    input,
+};
 
 /// A scene file may have this many bytes: its syntax tree takes some fifty times as much memory.
 pub const LARGEST_FILE: u64 = 16 << 20;
 
 /// Reads the scene file at `path`, or all that is wrong with it.
 pub fn load(path: &Path) -> Result<ValidScene, Vec<Diagnostic>> {
-    let whole = |message: String| vec![Diagnostic::error(path, Place::File, message)];
-    let metadata =
-        std::fs::metadata(path).map_err(|error| whole(format!("cannot read the scene file: {error}")))?;
-    if !metadata.is_file() {
-        return Err(whole("this is not a file".into()));
-    }
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(LARGEST_FILE + 1).read_to_end(&mut bytes))
-        .map_err(|error| whole(format!("cannot read the scene file: {error}")))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(whole(format!("the scene file is larger than {} MiB", LARGEST_FILE >> 20)));
-    }
+    let bytes = input::read(path, LARGEST_FILE).map_err(|why| {
+        vec![Diagnostic::error(path, Place::File, format!("cannot read this scene file: {why}"))]
+    })?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let line =
             error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;

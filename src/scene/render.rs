@@ -12,15 +12,10 @@ use super::{
     table::{inline_schema, table},
     time::Time,
 };
-use crate::render::{Bounces as BounceLimits, FilterKind, PixelFilter, Settings};
-
-/// Pixels along one side of the picture.
-pub const LARGEST_SIDE: u32 = 1 << 16;
-/// Pixels of a picture.
-pub const MOST_PIXELS: u64 = 1 << 28;
-pub const MOST_SAMPLES: u32 = 1 << 24;
-pub const MOST_BOUNCES: u32 = 1024;
-pub const MOST_THREADS: u32 = 1024;
+use crate::render::{
+    Bounces as BounceLimits, FilterKind, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS,
+    PixelFilter, Settings,
+};
 
 table! {
     /// How the picture is made.
@@ -28,17 +23,17 @@ table! {
         /// Width and height of the picture, pixels.
         size: Size = Size([1280, 720]),
         /// At most this many samples are taken for each pixel.
-        samples: u32 = 256; from(1.0).to(MOST_SAMPLES as f64),
+        samples: u32 = 256; from(1.0).to(MAX_SAMPLES as f64),
         /// A pixel stops when its estimated relative error is below this. 0: never early.
         noise: f32 = 0.0; from(0.0).below(1.0),
         /// Rendering stops after this time: seconds, or "90s", "5m", "1h30m". Without it: no limit.
         time: Option<Time>,
         /// The most scattering events of a path: a number, or a table of limits by kind. 0: direct light only.
-        bounces: Bounces = Bounces::All(16); from(0.0).to(MOST_BOUNCES as f64),
+        bounces: Bounces = Bounces::All(16); from(0.0).to(MAX_BOUNCES as f64),
         /// Another number, another pattern of noise.
         seed: u64 = 0,
         /// Without it: as many as the machine has.
-        threads: Option<u32>; from(1.0).to(MOST_THREADS as f64),
+        threads: Option<u32>; from(1.0).to(MAX_THREADS as f64),
         /// Reconstruction filter: its name, or a table with its width.
         filter: Filter = Filter::Named(Kind::BlackmanHarris),
         /// Only this part is rendered: x and y of its top left corner, width, height; pixels.
@@ -72,13 +67,13 @@ table! {
     /// Limits on scattering events by kind, as in Cycles.
     struct BounceTable {
         /// Of all kinds together.
-        total: u32 = 16; from(0.0).to(MOST_BOUNCES as f64),
+        total: u32 = 16; from(0.0).to(MAX_BOUNCES as f64),
         /// At diffuse surfaces. Without it: as many as in total. 0: direct light, mirrors and glass only.
-        diffuse: Option<u32>; from(0.0).to(MOST_BOUNCES as f64),
+        diffuse: Option<u32>; from(0.0).to(MAX_BOUNCES as f64),
         /// At mirrors and glossy surfaces. Without it: as many as in total.
-        glossy: Option<u32>; from(0.0).to(MOST_BOUNCES as f64),
+        glossy: Option<u32>; from(0.0).to(MAX_BOUNCES as f64),
         /// Through glass. Without it: as many as in total.
-        transmission: Option<u32>; from(0.0).to(MOST_BOUNCES as f64),
+        transmission: Option<u32>; from(0.0).to(MAX_BOUNCES as f64),
     }
 }
 
@@ -161,19 +156,15 @@ impl Read for Size {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         let [width, height] =
             read_array::<_, 2>(value, "two whole numbers: width and height", cx, u32::read)?;
-        let side = 1..=LARGEST_SIDE;
+        let side = 1..=MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
-            cx.must(
-                value.span(),
-                &format!("1 to {LARGEST_SIDE} pixels a side"),
-                &format!("{width} × {height}"),
-            );
+            cx.must(value.span(), &format!("1 to {MAX_SIDE} pixels a side"), &format!("{width} × {height}"));
             return None;
         }
-        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
             cx.must(
                 value.span(),
-                &format!("at most {MOST_PIXELS} pixels in all"),
+                &format!("at most {MAX_PIXELS} pixels in all"),
                 &format!("{width} × {height}"),
             );
             return None;
@@ -221,13 +212,13 @@ impl Read for Filter {
 inline_schema! {
     Size, _generator: json_schema!({
         "type": "array",
-        "items": { "type": "integer", "minimum": 1, "maximum": LARGEST_SIDE },
+        "items": { "type": "integer", "minimum": 1, "maximum": MAX_SIDE },
         "minItems": 2,
         "maxItems": 2,
     }),
     Crop, _generator: json_schema!({
         "type": "array",
-        "items": { "type": "integer", "minimum": 0, "maximum": LARGEST_SIDE },
+        "items": { "type": "integer", "minimum": 0, "maximum": MAX_SIDE },
         "minItems": 4,
         "maxItems": 4,
     }),

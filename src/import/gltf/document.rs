@@ -107,15 +107,15 @@ fn object(text: &[u8], report: &mut Report) -> Option<Map<String, Value>> {
     match serde_json::from_slice::<Value>(text) {
         Ok(Value::Object(root)) => Some(root),
         Ok(_) => {
-            report.error(Problem::new("", "is not a glTF file: its JSON is not an object"));
+            report.error(Problem::new("", "this is not a glTF file: its JSON is not an object"));
             None
         }
         Err(e) if e.line() == 0 || text.iter().all(u8::is_ascii_whitespace) => {
-            report.error(Problem::new("", "is not a glTF file: it holds no JSON"));
+            report.error(Problem::new("", "this is not a glTF file: it holds no JSON"));
             None
         }
         Err(e) => {
-            report.error_at_line(e.line(), format!("is not a glTF file: its JSON is broken: {e}"));
+            report.error_at_line(e.line(), format!("this is not a glTF file: its JSON is broken: {e}"));
             None
         }
     }

@@ -2,15 +2,15 @@
 //!
 //! | file | concern |
 //! |---|---|
-//! | [`container`] | GLB chunks, or plain JSON |
-//! | [`document`] | JSON to typed sections; [`extensions`]: which are read |
-//! | [`check`] | every index, and the hierarchy of nodes |
-//! | [`uri`], [`buffers`], [`accessor`] | bytes: where they come from, and typed reading of them |
-//! | [`nodes`] | the scene flattened |
-//! | [`textures`], [`material`] | images and what uses them |
-//! | [`mesh`], [`topology`] | primitives to triangles |
-//! | [`punctual`] | cameras and lights |
-//! | [`report`] | errors, warnings and counts |
+//! | `container` | GLB chunks, or plain JSON |
+//! | `document` | JSON to typed sections; `extensions`: which are read |
+//! | `check` | every index, and the hierarchy of nodes |
+//! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
+//! | `nodes` | the scene flattened |
+//! | `textures`, `material` | images and what uses them |
+//! | `mesh`, `topology` | primitives to triangles |
+//! | `punctual` | cameras and lights |
+//! | `report` | errors, warnings and counts |
 //!
 //! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
 //! if nothing was. A file that the specification allows is read; what cannot be shown yet is named in a warning.
@@ -36,8 +36,6 @@ mod uri;
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
-    fs::File,
-    io::Read,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
@@ -55,6 +53,7 @@ use self::{
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
+    input,
     world::{Instance, Material, MaterialId, MeshId, Model, Surface},
 };
 
@@ -69,7 +68,9 @@ const MAX_NAME: usize = 200;
 
 /// Loads the asset at `path`: a model with its warnings, or all that is wrong with it.
 pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
-    let bytes = read(path).map_err(|message| vec![Diagnostic::error(path, Place::File, message)])?;
+    let bytes = input::read(path, MAX_FILE_BYTES).map_err(|why| {
+        vec![Diagnostic::error(path, Place::File, format!("cannot read this glTF file: {why}"))]
+    })?;
     // Nothing below is known to panic; a file that finds a way must not take the program with it.
     catch_unwind(AssertUnwindSafe(|| import(&bytes, path))).unwrap_or_else(|_| {
         let message = "the importer failed on this file";
@@ -77,20 +78,6 @@ pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
             Diagnostic::error(path, Place::File, message).help("please report it, with the file, as a bug"),
         ])
     })
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let cannot = |e: std::io::Error| format!("cannot be read: {e}");
-    let metadata = std::fs::metadata(path).map_err(cannot)?;
-    if !metadata.is_file() {
-        return Err("is not a file".into());
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Err(format!("is larger than {MAX_FILE_BYTES} bytes"));
-    }
-    let mut bytes = Vec::new();
-    File::open(path).map_err(cannot)?.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(cannot)?;
-    if bytes.is_empty() { Err("is empty".into()) } else { Ok(bytes) }
 }
 
 /// Imports `bytes` as if read from `path`, beside which its other files are.

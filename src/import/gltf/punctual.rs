@@ -6,7 +6,7 @@
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, Vec3};
 use gltf::json::{
     self,
     camera::Type as CameraType,
@@ -86,7 +86,6 @@ fn rigid(to_world: &DAffine3) -> Option<Affine3A> {
     let z = back.try_normalize()?;
     let x = up.try_normalize()?.cross(z).try_normalize()?;
     let columns = DMat3::from_cols(x, z.cross(x), z);
-    let rigid = DAffine3::from_mat3_translation(columns, DVec3::from(to_world.translation));
-    let single = Affine3A::from_mat3_translation(columns.as_mat3(), rigid.translation.as_vec3());
+    let single = Affine3A::from_mat3_translation(columns.as_mat3(), to_world.translation.as_vec3());
     single.is_finite().then_some(single)
 }

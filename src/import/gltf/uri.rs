@@ -6,7 +6,6 @@
 
 use std::{
     borrow::Cow,
-    fs::File,
     io::Read,
     path::{Component, Path, PathBuf},
 };
@@ -18,6 +17,7 @@ use base64::{
 use percent_encoding::percent_decode_str;
 
 use super::report::quoted;
+use crate::input;
 
 /// Padding may be there or not; exporters disagree.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -105,17 +105,9 @@ fn decode_data(data: &str) -> Result<Vec<u8>, String> {
 }
 
 fn read_file(path: &Path, uri: &str, limit: u64) -> Result<Vec<u8>, String> {
-    let cannot = |e: std::io::Error| format!("the file {} cannot be read: {e}", quoted(uri));
-    let file = open_regular(path).map_err(cannot)?;
+    let cannot = |why: String| format!("the file {} cannot be read: {why}", quoted(uri));
     let mut bytes = Vec::new();
-    file.take(limit).read_to_end(&mut bytes).map_err(cannot)?;
+    let file = input::open(path).map_err(cannot)?;
+    file.take(limit).read_to_end(&mut bytes).map_err(|error| cannot(error.to_string()))?;
     Ok(bytes)
-}
-
-/// Opens `path` where it is a plain file: a pipe or a device could be read without end.
-fn open_regular(path: &Path) -> std::io::Result<File> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(std::io::Error::other("it is not a file"));
-    }
-    File::open(path)
 }

@@ -17,7 +17,7 @@ use super::{
     clean::Face,
     polygon::{Triangulator, newell},
 };
-use crate::world::Mesh;
+use crate::{color::srgb_decode, world::Mesh};
 
 /// A mesh, with the OBJ material of each of its slots and the number of faces left out of it.
 pub(super) struct Built {
@@ -201,7 +201,9 @@ impl Vertices {
             self.uvs.push(uv.map_or(Vec2::ZERO, |(_, uv)| uv));
         }
         if let Some(&color) = source.colors.get(vertex as usize) {
-            self.colors.push(Vec3::from(color.map(srgb_to_linear)).extend(1.0));
+            // That they are sRGB no text says; the programs that write them mean it.
+            let linear = color.map(|c| srgb_decode(c.clamp(0.0, 1.0)));
+            self.colors.push(Vec3::from(linear).extend(1.0));
         }
         match from {
             Normal::File(_) => self.normals.extend(file.map(|(_, n)| n)),
@@ -252,10 +254,4 @@ fn smooth_normals(source: &Source) -> HashMap<(u32, u32), DVec3> {
         }
     }
     sums
-}
-
-/// IEC 61966-2-1. That vertex colours are sRGB no text says; the programs that write them mean it.
-fn srgb_to_linear(c: f32) -> f32 {
-    let c = c.clamp(0.0, 1.0);
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }

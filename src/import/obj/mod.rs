@@ -21,8 +21,6 @@ mod textures;
 
 use std::{
     collections::HashMap,
-    fs::File,
-    io::Read,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
 };
@@ -32,6 +30,7 @@ use glam::Affine3A;
 use self::{clean::Clean, material::Converter, mtl::Mtl, polygon::Triangulator, textures::Textures};
 use crate::{
     diagnostic::{Diagnostic, Place},
+    input,
     world::{Instance, MaterialId, MeshId, Model},
 };
 
@@ -63,18 +62,7 @@ fn read(path: &Path) -> Result<Model, Vec<Diagnostic>> {
 }
 
 fn read_text(path: &Path, limit: u64) -> Result<String, String> {
-    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if !metadata.is_file() {
-        return Err("it is no file".into());
-    }
-    let mut bytes = Vec::new();
-    // One byte more than is allowed: a file may grow after it was measured.
-    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    match read.map_err(|e| e.to_string())? as u64 {
-        0 => Err("it is empty".into()),
-        size if size > limit => Err(format!("it is larger than {} MiB", limit >> 20)),
-        _ => text::decode(bytes).map_err(Into::into),
-    }
+    text::decode(input::read(path, limit)?).map_err(Into::into)
 }
 
 /// What becomes of an object: an instance of the mesh of the same number, with the OBJ material of each slot.
@@ -124,7 +112,8 @@ fn add_meshes(clean: &Clean, path: &Path, model: &mut Model) -> Result<Vec<Objec
     }
     if model.meshes.is_empty() {
         let message = "there is nothing to render: no face has finite corners";
-        return Err(vec![Diagnostic::error(path, Place::File, message)]);
+        let help = "its vertices are `nan` or `inf`, or too large: export it again";
+        return Err(vec![Diagnostic::error(path, Place::File, message).help(help)]);
     }
     Ok(named)
 }

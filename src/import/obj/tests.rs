@@ -152,5 +152,5 @@ fn what_is_no_obj_file_is_said_to_be_none() {
     assert!(message(b"\xFF\xFE\x00\xD8").contains("UTF-16"));
     let missing = load(Path::new("nowhere/a.obj")).expect_err("it is not there");
     assert_eq!((missing.len(), missing[0].severity), (1, Severity::Error));
-    assert!(load(Path::new("src")).expect_err("a folder")[0].message.contains("no file"));
+    assert!(load(Path::new("src")).expect_err("a folder")[0].message.contains("not a file"));
 }

@@ -105,6 +105,41 @@ fn odd_cameras_have_no_odd_studio() {
     }
 }
 
+/// A triangle with a point light 2 m above its middle: the studio's lights stand aside for one that can be seen by.
+#[test]
+fn own_lights_replace_those_of_the_studio() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("lit.gltf");
+    let lit = |candela: f32| {
+        let corners: Vec<u8> =
+            [-1f32, 0., -1., 0., 0., 1., 1., 0., -1.].iter().flat_map(|x| x.to_le_bytes()).collect();
+        let data: String = corners.iter().map(|byte| format!("%{byte:02x}")).collect();
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0,1]}}],
+            "nodes":[{{"mesh":0}},{{"translation":[0,2,0],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[-1,0,-1],"max":[1,0,1]}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],
+            "buffers":[{{"byteLength":36,"uri":"data:application/octet-stream,{data}"}}],
+            "extensionsUsed":["KHR_lights_punctual"],
+            "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":{candela}}}]}}}}}}"#
+        );
+        std::fs::write(&path, text).expect("written");
+        bare_asset(&path, [100, 100]).expect("is read")
+    };
+    // A fourth of the candela as W/m².
+    for (candela, quads, strength, warnings) in
+        [(0.0, 3, 1.0, 0), (1.0, 3, 1.0, 0), (2.0, 0, DIMMED, 0), (30.0, 0, DIMMED, 0), (400.0, 0, DIMMED, 1)]
+    {
+        let world = lit(candela);
+        let found = (world.quads.len(), world.environment.strength, world.model.warnings.len());
+        assert_eq!(found, (quads, strength, warnings), "{candela} cd: {:?}", world.model.warnings);
+        assert_eq!((world.model.lights.len(), world.model.instances.len()), (1, 1 + quads / 3));
+    }
+    let help = lit(400.0).model.warnings[0].help.clone();
+    assert!(help.is_some_and(|help| help.contains("--exposure -5")));
+}
+
 /// Rays through a grid of 17 × 17 points of the picture, its edges included.
 fn grid(camera: &Camera, aspect: f64) -> Vec<(DVec3, DVec3)> {
     let Projection::Perspective { vfov } = camera.projection else { panic!("is perspective") };
@@ -167,8 +202,7 @@ fn sample_assets() {
             assert!(world.camera.to_world.is_finite(), "{}", path.display());
             if world.model.cameras.is_empty() {
                 let eye = Eye::new(&world.camera, aspect);
-                let asset = &world.model.instances[..world.model.instances.len() - 1];
-                for instance in asset {
+                for instance in world.model.instances.iter().filter(|i| i.name != "studio backdrop") {
                     let mesh = &world.model.meshes[instance.mesh.index()];
                     for &i in mesh.triangles.iter().flatten().step_by(7) {
                         let p = instance.to_world.transform_point3(mesh.positions[i as usize]).as_dvec3();
