@@ -193,9 +193,11 @@ mod tests {
                     let case = format!("{bounds:?} {aspect} {vfov}: {low} {high}");
                     assert!(low.min_element() > -0.95 && high.max_element() < 0.95, "{case}");
                     if bounds.half_diagonal() > 0.0 && vfov < 100.0 {
-                        // Exactly so along the side that decides, nearly along the other.
-                        assert!((low + high).abs().min_element() < 2e-3, "{case}: not in the middle");
-                        assert!(high.max_element() > 0.85, "{case}: wastes the picture");
+                        // Exactly so along the side that decides, nearly along the other; unless it is so wide a
+                        // picture of so long a thing that the camera would touch its end.
+                        let middle = (low + high).abs().min_element() < 2e-3;
+                        assert!(middle || aspect > 2.0, "{case}: not in the middle");
+                        assert!(high.max_element() > 0.8, "{case}: wastes the picture");
                     }
                 }
             }

@@ -17,6 +17,9 @@ use crate::{
 /// A scene file may have this many bytes: its syntax tree takes some fifty times as much memory.
 pub const LARGEST_FILE: u64 = 16 << 20;
 
+/// In a file of more bytes than this only the first error of syntax is told: a list of millions would fill the memory.
+const LARGEST_RECOVERED: usize = 1 << 20;
+
 /// Reads the scene file at `path`, or all that is wrong with it.
 pub fn load(path: &Path) -> Result<ValidScene, Vec<Diagnostic>> {
     let bytes = input::read(path, LARGEST_FILE).map_err(|why| {
@@ -62,7 +65,13 @@ fn parse_toml<'t>(
     path: &Path,
 ) -> (Vec<Diagnostic>, Option<Spanned<DeValue<'t>>>) {
     let whole = |table: Spanned<DeTable<'t>>| Some(Spanned::new(0..0, DeValue::Table(table.into_inner())));
-    let (table, mut errors) = DeTable::parse_recoverable(text);
+    let (table, mut errors) = match text.len() {
+        0..=LARGEST_RECOVERED => DeTable::parse_recoverable(text),
+        _ => match DeTable::parse(text) {
+            Ok(table) => (table, Vec::new()),
+            Err(error) => (Spanned::new(0..0, DeTable::new()), vec![error]),
+        },
+    };
     if errors.is_empty() {
         return (Vec::new(), whole(table));
     }
@@ -81,7 +90,9 @@ fn parse_toml<'t>(
         }
     }
     // Without a header the lines below it would be taken for those of the table above.
-    if lines.iter().any(|line| text[line.clone()].trim_start().starts_with('[')) {
+    if text.len() > LARGEST_RECOVERED
+        || lines.iter().any(|line| text[line.clone()].trim_start().starts_with('['))
+    {
         return (diagnostics, None);
     }
     let mut bytes = text.as_bytes().to_vec();
