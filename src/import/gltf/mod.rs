@@ -2,15 +2,15 @@
 //!
 //! | file | concern |
 //! |---|---|
-//! | [`container`] | GLB chunks, or plain JSON |
-//! | [`document`] | JSON to typed sections; [`extensions`]: which are read |
-//! | [`check`] | every index, and the hierarchy of nodes |
-//! | [`uri`], [`buffers`], [`accessor`] | bytes: where they come from, and typed reading of them |
-//! | [`nodes`] | the scene flattened |
-//! | [`textures`], [`material`] | images and what uses them |
-//! | [`mesh`], [`topology`] | primitives to triangles |
-//! | [`punctual`] | cameras and lights |
-//! | [`report`] | errors, warnings and counts |
+//! | `container` | GLB chunks, or plain JSON |
+//! | `document` | JSON to typed sections; `extensions`: which are read |
+//! | `check` | every index, and the hierarchy of nodes |
+//! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
+//! | `nodes` | the scene flattened |
+//! | `textures`, `material` | images and what uses them |
+//! | `mesh`, `topology` | primitives to triangles |
+//! | `punctual` | cameras and lights |
+//! | `report` | errors, warnings and counts |
 //!
 //! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
 //! if nothing was. A file that the specification allows is read; what cannot be shown yet is named in a warning.
@@ -186,7 +186,7 @@ fn materials(source: &Source, shapes: &[Shape], folder: &Path, report: &mut Repo
     report.checkpoint().map(|()| (materials, ids, textures))
 }
 
-/// Builds each distinct mesh once, in parallel, and places the instances.
+/// Builds each distinct mesh once, in parallel, and places the instances of those that have triangles.
 fn meshes(
     source: &Source,
     placed: &[Placed],
@@ -246,7 +246,10 @@ fn meshes(
             Err(problem) => report.error(problem),
         }
     }
-    report.checkpoint()
+    report.checkpoint()?;
+    let Model { instances, meshes, .. } = model;
+    instances.retain(|i| meshes.get(i.mesh.index()).is_some_and(|m| !m.triangles.is_empty()));
+    Some(())
 }
 
 /// UV sets that a material's textures look up.

@@ -40,7 +40,7 @@ pub fn flatten(document: &Document, report: &mut Report) -> Vec<Placed> {
             report.tally.add(Counted::RepeatedNodes, 1, &format!("/nodes/{}", next.node));
             continue;
         }
-        next.to_world = next.to_world * local(json);
+        next.to_world *= local(json);
         next.visible &= is_visible(json);
         let children = json.children.iter().flatten().rev();
         stack.extend(children.map(|c| Placed {

@@ -6,7 +6,7 @@
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, Vec3};
 use gltf::json::{
     self,
     camera::Type as CameraType,
@@ -15,6 +15,10 @@ use gltf::json::{
 };
 
 use crate::world::{Camera, Light, Projection};
+
+/// The most of a spot's outer angle that its inner one is: exporters write equal angles for a sharp edge, which would divide
+/// by zero.
+const SHARPEST: f32 = 0.999;
 
 /// A camera at a node; the error says why it cannot be used.
 pub fn camera(json: &json::Camera, name: String, to_world: &DAffine3) -> Result<Camera, String> {
@@ -65,14 +69,14 @@ pub fn light(json: &JsonLight, to_world: &DAffine3) -> Result<Light, String> {
             let spot = json.spot.as_ref();
             let inner = spot.map_or(0.0, |s| s.inner_cone_angle);
             let outer = spot.map_or(FRAC_PI_4, |s| s.outer_cone_angle);
-            if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2 * 1.000_001) {
-                return Err(format!("its cone angles {inner} and {outer} are not 0 ≤ inner < outer ≤ π/2"));
+            if !(0.0 <= inner && inner <= outer && 0.0 < outer && outer <= FRAC_PI_2 * 1.000_001) {
+                return Err(format!("its cone angles {inner} and {outer} are not 0 ≤ inner ≤ outer ≤ π/2"));
             }
             Light::Spot {
                 position,
                 direction: direction()?,
                 intensity: power,
-                inner,
+                inner: inner.min(outer * SHARPEST),
                 outer: outer.min(FRAC_PI_2),
             }
         }
@@ -86,7 +90,6 @@ fn rigid(to_world: &DAffine3) -> Option<Affine3A> {
     let z = back.try_normalize()?;
     let x = up.try_normalize()?.cross(z).try_normalize()?;
     let columns = DMat3::from_cols(x, z.cross(x), z);
-    let rigid = DAffine3::from_mat3_translation(columns, DVec3::from(to_world.translation));
-    let single = Affine3A::from_mat3_translation(columns.as_mat3(), rigid.translation.as_vec3());
+    let single = Affine3A::from_mat3_translation(columns.as_mat3(), to_world.translation.as_vec3());
     single.is_finite().then_some(single)
 }
