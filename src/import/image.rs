@@ -14,7 +14,7 @@ use std::{
     path::Path,
 };
 
-use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use ::image::{DynamicImage, ImageFormat, ImageReader, Limits, Luma, LumaA, Rgb};
 
 use crate::{
     diagnostic::{Diagnostic, Place},
@@ -113,19 +113,31 @@ fn check_size(width: u32, height: u32, bytes: u64) -> Result<(), String> {
 fn expand(image: DynamicImage) -> Result<Texels, String> {
     use DynamicImage as D;
     let (width, height) = (image.width(), image.height());
+    let size = |bytes| check_size(width, height, bytes);
     Ok(match image {
-        D::ImageLuma8(_) | D::ImageLumaA8(_) | D::ImageRgb8(_) | D::ImageRgba8(_) => {
-            Texels::Rgba8(image.into_rgba8().as_raw().as_chunks().0.to_vec())
+        D::ImageLuma8(i) => Texels::Rgba8(i.pixels().map(|&Luma([l])| [l, l, l, u8::MAX]).collect()),
+        D::ImageLumaA8(i) => Texels::Rgba8(i.pixels().map(|&LumaA([l, a])| [l, l, l, a]).collect()),
+        D::ImageRgb8(i) => Texels::Rgba8(i.pixels().map(|&Rgb([r, g, b])| [r, g, b, u8::MAX]).collect()),
+        D::ImageRgba8(i) => Texels::Rgba8(i.pixels().map(|p| p.0).collect()),
+        D::ImageLuma16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&Luma([l])| [l, l, l, u16::MAX]).collect())
         }
-        D::ImageLuma16(_) | D::ImageLumaA16(_) | D::ImageRgb16(_) | D::ImageRgba16(_) => {
-            check_size(width, height, 8)?;
-            Texels::Rgba16(image.into_rgba16().as_raw().as_chunks().0.to_vec())
+        D::ImageLumaA16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&LumaA([l, a])| [l, l, l, a]).collect())
+        }
+        D::ImageRgb16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&Rgb([r, g, b])| [r, g, b, u16::MAX]).collect())
+        }
+        D::ImageRgba16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|p| p.0).collect())
         }
         other => {
-            check_size(width, height, 12)?;
-            let mut texels: Vec<[f32; 3]> = other.into_rgb32f().as_raw().as_chunks().0.to_vec();
-            texels.iter_mut().for_each(|texel| *texel = finite(*texel));
-            Texels::RgbF32(texels)
+            size(12)?;
+            Texels::RgbF32(other.into_rgb32f().pixels().map(|p| finite(p.0)).collect())
         }
     })
 }
@@ -190,7 +202,7 @@ fn side(texels: usize) -> Result<u32, String> {
 
 #[cfg(test)]
 mod tests {
-    use ::image::{ImageBuffer, Luma, LumaA, Rgb, Rgb32FImage, Rgba};
+    use ::image::{ImageBuffer, Rgb32FImage, Rgba};
 
     use super::*;
 
