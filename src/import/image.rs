@@ -13,7 +13,7 @@ use std::{
     path::Path,
 };
 
-use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use ::image::{DynamicImage, ImageFormat, ImageReader, Limits, Luma, LumaA, Rgb};
 
 use crate::{
     diagnostic::{Diagnostic, Place},
@@ -101,19 +101,31 @@ fn check_size(width: u32, height: u32, bytes: u64) -> Result<(), String> {
 fn expand(image: DynamicImage) -> Result<Texels, String> {
     use DynamicImage as D;
     let (width, height) = (image.width(), image.height());
+    let size = |bytes| check_size(width, height, bytes);
     Ok(match image {
-        D::ImageLuma8(_) | D::ImageLumaA8(_) | D::ImageRgb8(_) | D::ImageRgba8(_) => {
-            Texels::Rgba8(image.into_rgba8().as_raw().as_chunks().0.to_vec())
+        D::ImageLuma8(i) => Texels::Rgba8(i.pixels().map(|&Luma([l])| [l, l, l, u8::MAX]).collect()),
+        D::ImageLumaA8(i) => Texels::Rgba8(i.pixels().map(|&LumaA([l, a])| [l, l, l, a]).collect()),
+        D::ImageRgb8(i) => Texels::Rgba8(i.pixels().map(|&Rgb([r, g, b])| [r, g, b, u8::MAX]).collect()),
+        D::ImageRgba8(i) => Texels::Rgba8(i.pixels().map(|p| p.0).collect()),
+        D::ImageLuma16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&Luma([l])| [l, l, l, u16::MAX]).collect())
         }
-        D::ImageLuma16(_) | D::ImageLumaA16(_) | D::ImageRgb16(_) | D::ImageRgba16(_) => {
-            check_size(width, height, 8)?;
-            Texels::Rgba16(image.into_rgba16().as_raw().as_chunks().0.to_vec())
+        D::ImageLumaA16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&LumaA([l, a])| [l, l, l, a]).collect())
+        }
+        D::ImageRgb16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|&Rgb([r, g, b])| [r, g, b, u16::MAX]).collect())
+        }
+        D::ImageRgba16(i) => {
+            size(8)?;
+            Texels::Rgba16(i.pixels().map(|p| p.0).collect())
         }
         other => {
-            check_size(width, height, 12)?;
-            let mut texels: Vec<[f32; 3]> = other.into_rgb32f().as_raw().as_chunks().0.to_vec();
-            texels.iter_mut().for_each(|texel| *texel = finite(*texel));
-            Texels::RgbF32(texels)
+            size(12)?;
+            Texels::RgbF32(other.into_rgb32f().pixels().map(|p| finite(p.0)).collect())
         }
     })
 }
@@ -174,4 +186,154 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
 
 fn side(texels: usize) -> Result<u32, String> {
     u32::try_from(texels).map_err(|_| format!("its side of {texels} texels is too long"))
+}
+
+#[cfg(test)]
+mod tests {
+    use ::image::{ImageBuffer, Rgb32FImage, Rgba};
+
+    use super::*;
+
+    fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        image.into().write_to(&mut Cursor::new(&mut bytes), format).expect("an encodable image");
+        bytes
+    }
+
+    fn rgba8(bytes: &[u8], name: &str) -> Vec<[u8; 4]> {
+        match decode(bytes, name).map(|i| i.texels) {
+            Ok(Texels::Rgba8(texels)) => texels,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn eight_bit_formats_expand_to_rgba() {
+        let grey = ImageBuffer::from_pixel(2, 1, Luma([7u8]));
+        assert_eq!(rgba8(&encoded(grey, ImageFormat::Png), ""), [[7, 7, 7, 255]; 2]);
+        let alpha = ImageBuffer::from_pixel(1, 1, LumaA([7u8, 8]));
+        assert_eq!(rgba8(&encoded(alpha, ImageFormat::Png), ""), [[7, 7, 7, 8]]);
+        let color = ImageBuffer::from_pixel(1, 2, Rgb([1u8, 2, 3]));
+        for format in [ImageFormat::Png, ImageFormat::Bmp, ImageFormat::WebP] {
+            assert_eq!(rgba8(&encoded(color.clone(), format), ""), [[1, 2, 3, 255]; 2], "{format:?}");
+        }
+        assert_eq!(rgba8(&encoded(color.clone(), ImageFormat::Tga), "a/b.TGA"), [[1, 2, 3, 255]; 2]);
+        assert!(decode(&encoded(color, ImageFormat::Tga), "a/b").is_err());
+        let flat = ImageBuffer::from_pixel(8, 8, Rgb([100u8; 3]));
+        assert!(
+            rgba8(&encoded(flat, ImageFormat::Jpeg), "")
+                .iter()
+                .all(|t| t[0].abs_diff(100) < 2 && t[3] == 255)
+        );
+    }
+
+    #[test]
+    fn rows_run_from_the_top() {
+        let image = ImageBuffer::from_fn(2, 2, |x, y| Luma([(10 * y + x) as u8]));
+        for (format, name) in [(ImageFormat::Png, ""), (ImageFormat::Bmp, ""), (ImageFormat::Tga, "x.tga")] {
+            let rgb = DynamicImage::from(image.clone()).into_rgb8();
+            let reds: Vec<u8> = rgba8(&encoded(rgb, format), name).iter().map(|t| t[0]).collect();
+            assert_eq!(reds, [0, 1, 10, 11], "{format:?}");
+        }
+    }
+
+    #[test]
+    fn sixteen_bits_stay_sixteen() {
+        let image = ImageBuffer::from_pixel(1, 1, Rgba([1u16, 2, 3, 60_000]));
+        let texels = decode(&encoded(image, ImageFormat::Png), "").map(|i| i.texels);
+        assert!(matches!(&texels, Ok(Texels::Rgba16(t)) if t[..] == [[1, 2, 3, 60_000]]), "{texels:?}");
+    }
+
+    fn rgb32(bytes: &[u8]) -> Vec<[f32; 3]> {
+        match decode(bytes, "").map(|i| i.texels) {
+            Ok(Texels::RgbF32(texels)) => texels,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Two by two texels: red is x, green is y, blue is 9, or NaN in the left column.
+    fn exr() -> Vec<u8> {
+        use exr::prelude::*;
+        let blue = |x: usize| if x == 0 { f32::NAN } else { 9.0 };
+        let texel = |at: Vec2<usize>| (at.x() as f32, at.y() as f32, blue(at.x()));
+        let mut bytes = Vec::new();
+        Image::from_channels((2, 2), SpecificChannels::rgb(texel))
+            .write()
+            .to_buffered(Cursor::new(&mut bytes))
+            .expect("an encodable image");
+        bytes
+    }
+
+    #[test]
+    fn floating_point_formats() {
+        let image = Rgb32FImage::from_pixel(2, 1, Rgb([0.5, 1.0, 4.0]));
+        assert_eq!(rgb32(&encoded(image, ImageFormat::Hdr)), [[0.5, 1.0, 4.0]; 2]);
+
+        assert_eq!(rgb32(&exr()), [[0., 0., 0.], [1., 0., 9.], [0., 1., 0.], [1., 1., 9.]]);
+    }
+
+    #[test]
+    fn truncated_and_mutated_images_are_errors_or_whole() {
+        let image = ImageBuffer::from_fn(5, 4, |x, y| Rgb([(x * 50) as u8, (y * 60) as u8, 9]));
+        let formats =
+            [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::WebP, ImageFormat::Tga];
+        let mut files: Vec<_> = formats.map(|format| encoded(image.clone(), format)).into();
+        files.push(encoded(Rgb32FImage::from_pixel(9, 2, Rgb([0.5, 1.0, 4.0])), ImageFormat::Hdr));
+        files.push(exr());
+        let mut state = 1u64;
+        let mut random = |n: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % n
+        };
+        for file in &files {
+            for length in 0..file.len() {
+                assert_whole(decode(&file[..length], "x.tga"));
+            }
+            for _ in 0..300 {
+                let mut mutated = file.clone();
+                for _ in 0..=random(3) {
+                    let at = random(file.len());
+                    mutated[at] = random(256) as u8;
+                }
+                assert_whole(decode(&mutated, "x.tga"));
+            }
+        }
+    }
+
+    fn assert_whole(result: Result<Image, String>) {
+        let Ok(image) = result else { return };
+        let texels = match &image.texels {
+            Texels::Rgba8(t) => t.len(),
+            Texels::Rgba16(t) => t.len(),
+            Texels::RgbF32(t) => t.len(),
+        };
+        assert_eq!(texels, image.width as usize * image.height as usize);
+        assert!(texels > 0 && byte_size(&image) <= MAX_BYTES);
+    }
+
+    #[test]
+    fn images_over_the_limits_are_refused_before_they_are_decoded() {
+        // The header of a PNG of 100 000 × 100 000 texels, checksum and all, and nothing behind it.
+        let mut bytes = encoded(ImageBuffer::from_pixel(1, 1, Luma([0u8])), ImageFormat::Png);
+        bytes[16..24].copy_from_slice(&[0, 1, 0x86, 0xA0, 0, 1, 0x86, 0xA0]);
+        let crc = bytes[12..29].iter().fold(!0u32, |crc, &b| {
+            (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 })
+        });
+        bytes[29..33].copy_from_slice(&(!crc).to_be_bytes());
+        let error = decode(&bytes, "").expect_err("too large");
+        assert!(error.contains("100000") || error.to_lowercase().contains("limit"), "{error}");
+        assert!(check_size(MAX_SIDE, MAX_SIDE, 4).is_ok() && check_size(MAX_SIDE, MAX_SIDE, 8).is_err());
+        assert!(check_size(0, 1, 4).is_err() && check_size(MAX_SIDE + 1, 1, 4).is_err());
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused() {
+        for bytes in
+            [&b""[..], b"hello", &EXR_MAGIC, b"\x89PNG\r\n\x1a\n", b"#?RADIANCE\n", b"BM", b"RIFF    WEBP"]
+        {
+            assert!(decode(bytes, "x.png").is_err(), "{bytes:?}");
+        }
+        let missing = load(Path::new("no such file.png")).expect_err("missing");
+        assert!(missing.message.contains("cannot be read"));
+    }
 }

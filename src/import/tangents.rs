@@ -112,3 +112,59 @@ fn duplicate(mesh: &mut Mesh, v: usize) {
     mesh.uvs.iter_mut().for_each(|uvs| copy(uvs, v));
     copy(&mut mesh.colors, v);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles of a square in z = 0 facing +Z; v runs down.
+    fn square(uvs: [Vec2; 4]) -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1., 1., 0.)],
+            normals: vec![Vec3::Z; 4],
+            uvs: [uvs.to_vec(), Vec::new()],
+            triangles: vec![[0, 1, 2], [2, 1, 3]],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn handedness_tells_a_mirrored_image() {
+        let upright = [Vec2::new(0., 1.), Vec2::new(1., 1.), Vec2::new(0., 0.), Vec2::new(1., 0.)];
+        let mirrored = upright.map(|uv| Vec2::new(1. - uv.x, uv.y));
+        for (uvs, expected) in [(upright, Vec4::new(1., 0., 0., 1.)), (mirrored, Vec4::new(-1., 0., 0., -1.))]
+        {
+            let mut mesh = square(uvs);
+            generate(&mut mesh, 0);
+            assert_eq!(mesh.tangents, [expected; 4]);
+        }
+    }
+
+    /// The image is mirrored along the diagonal that the triangles share, whose vertices must split.
+    #[test]
+    fn vertices_split_where_corners_disagree() {
+        let mut mesh = square([Vec2::new(0., 1.), Vec2::new(1., 1.), Vec2::new(0., 0.), Vec2::new(0., 1.)]);
+        generate(&mut mesh, 0);
+        assert_eq!(mesh.positions.len(), 6);
+        assert_eq!([mesh.normals.len(), mesh.tangents.len(), mesh.uvs[0].len()], [6; 3]);
+        let corner = |t: usize, c: usize| mesh.tangents[mesh.triangles[t][c] as usize];
+        assert!(corner(0, 1).w * corner(1, 1).w < 0.0);
+        for (t, original) in [[0, 1, 2], [2, 1, 3]].into_iter().enumerate() {
+            for (c, v) in original.into_iter().enumerate() {
+                assert_eq!(mesh.positions[mesh.triangles[t][c] as usize], mesh.positions[v]);
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_direction_in_texture_space_there_are_none() {
+        let mut mesh = square([Vec2::ZERO; 4]);
+        generate(&mut mesh, 0);
+        assert!(mesh.tangents.is_empty() || mesh.tangents.iter().all(|t| t.truncate().is_normalized()));
+        let mut bare = Mesh { normals: Vec::new(), ..square([Vec2::ZERO; 4]) };
+        generate(&mut bare, 0);
+        generate(&mut bare, 1);
+        generate(&mut bare, 7);
+        assert!(bare.tangents.is_empty());
+    }
+}

@@ -28,6 +28,10 @@ use crate::world::{
 const DEFAULT_IOR: f32 = 1.5;
 /// Stands for `ior` 0, by which KHR_materials_ior means a Fresnel term of 1 at every angle: F0 = 0.9996.
 const FULLY_REFLECTING_IOR: f32 = 1e4;
+/// Of the emissive factor and of its strength, so that their product is finite by far.
+const MAX_EMISSION: f32 = 1e12;
+/// Beyond this a normal map is all slope.
+const MAX_NORMAL_SCALE: f32 = 1e4;
 
 /// Every texture slot of a material: its place in it, and the texture.
 pub fn slots(material: &json::Material) -> impl Iterator<Item = (&'static str, usize)> {
@@ -151,11 +155,11 @@ impl Conversion<'_> {
     }
 
     fn emission(&mut self, json: &json::Material) -> Option<Emission> {
-        let factor = json.emissive_factor.0.map(|c| self.within(c, 0.0, f32::MAX, "emissiveFactor"));
+        let factor = json.emissive_factor.0.map(|c| self.within(c, 0.0, MAX_EMISSION, "emissiveFactor"));
         let strength = json.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
         let strength = strength.map_or(1.0, |s| s.emissive_strength.0);
         let key = "extensions/KHR_materials_emissive_strength/emissiveStrength";
-        let strength = self.within(strength, 0.0, f32::MAX, key);
+        let strength = self.within(strength, 0.0, MAX_EMISSION, key);
         let factor = Vec3::from(factor);
         if factor == Vec3::ZERO || strength == 0.0 {
             return None;
@@ -176,7 +180,7 @@ impl Conversion<'_> {
                 None
             }
         };
-        let scale = self.within(json.scale, f32::MIN, f32::MAX, "normalTexture/scale");
+        let scale = self.within(json.scale, -MAX_NORMAL_SCALE, MAX_NORMAL_SCALE, "normalTexture/scale");
         let texture = self.slot(
             json.index.value(),
             json.tex_coord,

@@ -173,7 +173,7 @@ fn materials(source: &Source, shapes: &[Shape], folder: &Path, report: &mut Repo
     report.checkpoint().map(|()| (materials, ids, textures))
 }
 
-/// Builds each distinct mesh once, in parallel, and places the instances.
+/// Builds each distinct mesh once, in parallel, and places the instances of those that have triangles.
 fn meshes(
     source: &Source,
     placed: &[Placed],
@@ -233,7 +233,10 @@ fn meshes(
             Err(problem) => report.error(problem),
         }
     }
-    report.checkpoint()
+    report.checkpoint()?;
+    let Model { instances, meshes, .. } = model;
+    instances.retain(|i| meshes.get(i.mesh.index()).is_some_and(|m| !m.triangles.is_empty()));
+    Some(())
 }
 
 /// UV sets that a material's textures look up.

@@ -16,6 +16,10 @@ use gltf::json::{
 
 use crate::world::{Camera, Light, Projection};
 
+/// The most of a spot's outer angle that its inner one is: exporters write equal angles for a sharp edge, which would divide
+/// by zero.
+const SHARPEST: f32 = 0.999;
+
 /// A camera at a node; the error says why it cannot be used.
 pub fn camera(json: &json::Camera, name: String, to_world: &DAffine3) -> Result<Camera, String> {
     let positive = |value: f32, what: &str| {
@@ -65,14 +69,14 @@ pub fn light(json: &JsonLight, to_world: &DAffine3) -> Result<Light, String> {
             let spot = json.spot.as_ref();
             let inner = spot.map_or(0.0, |s| s.inner_cone_angle);
             let outer = spot.map_or(FRAC_PI_4, |s| s.outer_cone_angle);
-            if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2 * 1.000_001) {
-                return Err(format!("its cone angles {inner} and {outer} are not 0 ≤ inner < outer ≤ π/2"));
+            if !(0.0 <= inner && inner <= outer && 0.0 < outer && outer <= FRAC_PI_2 * 1.000_001) {
+                return Err(format!("its cone angles {inner} and {outer} are not 0 ≤ inner ≤ outer ≤ π/2"));
             }
             Light::Spot {
                 position,
                 direction: direction()?,
                 intensity: power,
-                inner,
+                inner: inner.min(outer * SHARPEST),
                 outer: outer.min(FRAC_PI_2),
             }
         }

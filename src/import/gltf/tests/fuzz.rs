@@ -1,0 +1,132 @@
+//! Seeded mutations of small valid files: whatever comes out, nothing panics and nothing is out of range.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::*;
+
+const MUTATIONS: usize = 20_000;
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n.max(1) as u64) as usize
+    }
+}
+
+/// Replaces, deletes or repeats bytes, or puts another number where one stands.
+fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    const NUMBERS: [&str; 10] =
+        ["0", "1", "-1", "3", "255", "4294967295", "18446744073709551615", "1e39", "0.5", "null"];
+    let mut bytes = bytes.to_vec();
+    for _ in 0..=random.below(3) {
+        let at = random.below(bytes.len());
+        match random.below(9) {
+            0 => bytes[at] = random.next() as u8,
+            1 => bytes[at] ^= 1 << random.below(8),
+            2 => drop(bytes.drain(at..(at + random.below(6)).min(bytes.len()))),
+            3 => {
+                let piece = bytes[at..(at + random.below(40)).min(bytes.len())].to_vec();
+                let to = random.below(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+            _ => {
+                let digit = |b: &u8| b.is_ascii_digit();
+                if let Some(start) = bytes[at..].iter().position(digit).map(|p| p + at) {
+                    let end =
+                        bytes[start..].iter().position(|b| !digit(b)).map_or(bytes.len(), |p| p + start);
+                    bytes.splice(start..end, NUMBERS[random.below(NUMBERS.len())].bytes());
+                }
+            }
+        }
+        if bytes.is_empty() {
+            break;
+        }
+    }
+    bytes
+}
+
+/// Everything the importer reads, in little: several primitives, sparse and interleaved data, a texture, lights, cameras.
+fn rich() -> Value {
+    let mut file = asset(
+        &[floats(&SQUARE), le![0u16, 1u16, 2u16, 2u16, 1u16, 3u16], le![0u16, 3u16], floats(&[0.5; 6])],
+        &[(0, F32, "VEC3", 4), (1, U16, "SCALAR", 6), (0, F32, "VEC3", 4), (0, F32, "VEC2", 4)],
+        json!({ "attributes": { "POSITION": 0, "NORMAL": 2, "TEXCOORD_0": 3, "COLOR_0": 2 }, "indices": 1, "material": 0, "targets": [{ "POSITION": 2 }] }),
+    );
+    file["accessors"][2]["sparse"] = json!({ "count": 2, "indices": { "bufferView": 2, "componentType": U16 }, "values": { "bufferView": 3 } });
+    push(&mut file["meshes"][0]["primitives"], json!({ "attributes": { "POSITION": 2 }, "mode": 5 }));
+    file["meshes"][0]["weights"] = json!([0.25]);
+    file["materials"] = json!([{
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0.5] } } } },
+        "normalTexture": { "index": 0 }, "alphaMode": "BLEND", "emissiveFactor": [1, 1, 1],
+    }]);
+    let mut png = Vec::new();
+    let image = image::RgbImage::from_pixel(2, 2, image::Rgb([9; 3]));
+    image.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    file["images"] = json!([{ "uri": data_uri(&png) }]);
+    file["samplers"] = json!([{ "wrapS": 33071, "magFilter": 9728 }]);
+    file["textures"] = json!([{ "source": 0, "sampler": 0 }]);
+    file["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } }]);
+    file["nodes"] = json!([
+        { "mesh": 0, "children": [1, 2], "rotation": [0, 0, 0, 1] },
+        { "mesh": 0, "camera": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+    ]);
+    file["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": {} }] } });
+    file
+}
+
+#[test]
+fn mutated_files_never_panic() {
+    let rich = rich();
+    let bin = floats(&SQUARE);
+    let mut packed = rich.clone();
+    packed["buffers"][0] = json!({ "byteLength": bin.len() });
+    assert_eq!(model(&rich).warnings.len(), 0, "{:?}", model(&rich).warnings);
+    let mut seeds =
+        vec![rich.to_string().into_bytes(), square().to_string().into_bytes(), glb(&packed, &bin)];
+    if let Some(samples) = std::env::var_os("RAYO_SAMPLE_ASSETS") {
+        let names =
+            ["Lights.glb", "CornellBox.glb", "simple-instancing.glb", "tv.glb", "SimpleSkin/SimpleSkin.gltf"];
+        seeds.extend(
+            names.iter().filter_map(|name| std::fs::read(Path::new(&samples).join("gltf").join(name)).ok()),
+        );
+    }
+    let mut random = Random(2);
+    let (mut loaded, mut refused) = (0, 0);
+    for i in 0..MUTATIONS {
+        let bytes = mutate(&seeds[i % seeds.len()], &mut random);
+        match crate::import::gltf::import(&bytes, Path::new("mutated.gltf")) {
+            Ok(model) => {
+                loaded += 1;
+                for mesh in &model.meshes {
+                    let n = mesh.positions.len();
+                    assert!(mesh.triangles.as_flattened().iter().all(|&v| (v as usize) < n));
+                    assert!(
+                        [mesh.normals.len(), mesh.tangents.len(), mesh.colors.len()]
+                            .iter()
+                            .all(|&l| l == 0 || l == n)
+                    );
+                    assert!(n < 10_000, "a small file made {n} vertices");
+                }
+            }
+            Err(errors) => {
+                refused += 1;
+                assert!(errors.iter().any(|e| e.severity == Severity::Error));
+            }
+        }
+    }
+    println!("{loaded} mutated files load, {refused} are refused");
+    assert!(loaded > 300 && refused > 300, "the mutations are too weak or too strong");
+}
