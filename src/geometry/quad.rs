@@ -3,7 +3,7 @@
 //! A point of the plane is origin + a·u + b·v. With n = u × v, the vectors (v × n)/n² and (n × u)/n² are dual to u and
 //! v: their dot products with p − origin are a and b.
 //!
-//! Edges count, and by [`SLACK`] beyond: scenes are built from quads that share edges, and a ray through such an edge
+//! Edges count, and by a billionth beyond: scenes are built from quads that share edges, and a ray through such an edge
 //! must not pass between them by a rounding of the last place. In `f64`, so that the slack can be far below the
 //! spacing of `f32` coordinates.
 
