@@ -19,7 +19,7 @@ pub const MAX_DEPTH: usize = 64;
 
 /// Share of the nodes that the first pass of reinsertion looks at; later passes look at a third, a fifth, …
 const REINSERTED: f32 = 0.1;
-const REINSERTION_PASSES: usize = 16;
+const REINSERTION_PASSES: usize = 8;
 
 /// Reinsertion looks at every node that a box overlaps: in a heap of boxes that all overlap, at all of them, for each of them.
 /// It is left out where a subtree's nodes have more than this many times its own area: scenes of a million small
@@ -36,7 +36,7 @@ pub fn build(boxes: &[Aabb], primitives: &[u32]) -> Bvh2 {
     for pass in 0..REINSERTION_PASSES {
         optimizer.run(&mut tree, REINSERTED, Some(vec![1.0 / (2 * pass + 1) as f32]));
         // Looked at after each pass, since the next has a stack for trees of bounded depth.
-        if depth(&tree) > MAX_DEPTH {
+        if deeper(&tree, 0, MAX_DEPTH) {
             return top_down::build(boxes, primitives);
         }
     }
@@ -58,17 +58,12 @@ fn entangled(tree: &Bvh2) -> bool {
     area(tree, 0).is_none()
 }
 
-pub fn depth(tree: &Bvh2) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0, 1)];
-    while let Some((index, depth)) = open.pop() {
-        deepest = deepest.max(depth);
-        let node = &tree.nodes[index as usize];
-        if !node.is_leaf() {
-            open.extend([(node.first_index, depth + 1), (node.first_index + 1, depth + 1)]);
-        }
-    }
-    deepest
+/// Whether the subtree has more than this many levels.
+pub fn deeper(tree: &Bvh2, index: usize, levels: usize) -> bool {
+    let node = &tree.nodes[index];
+    let first = node.first_index as usize;
+    levels == 0
+        || (!node.is_leaf() && (deeper(tree, first, levels - 1) || deeper(tree, first + 1, levels - 1)))
 }
 
 #[cfg(test)]
@@ -111,6 +106,6 @@ mod tests {
     fn boxes_without_extent_are_no_heap() {
         let (boxes, primitives) = boxes(5000, |i| (Vec3A::X * uniform(i, 0), 0.0));
         let tree = build(&boxes, &primitives);
-        assert!(depth(&tree) <= MAX_DEPTH);
+        assert!(!deeper(&tree, 0, MAX_DEPTH));
     }
 }

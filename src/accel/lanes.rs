@@ -129,7 +129,8 @@ mod avx2 {
 
     use super::{Lanes, WIDTH};
 
-    /// Only to be used inside functions compiled with [`features!`], into which all of this is inlined.
+    /// Only to be used inside a function compiled for what [`available`](Self::available) asks for, into which all of this
+    /// is inlined.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256);
 

@@ -45,10 +45,14 @@ fn fill(node: &mut Bvh2Node, below: &mut [Bvh2Node], first: u32, items: &mut [It
         *node = Bvh2Node::new(item.bounds, 1, item.primitive);
         return;
     }
-    let bounds = items.iter().fold(Aabb::empty(), |sum, item| sum.union(&item.bounds));
+    let (mut bounds, mut centers) = (Aabb::empty(), Aabb::empty());
+    for item in &*items {
+        bounds = bounds.union(&item.bounds);
+        centers.extend(item.center);
+    }
     *node = Bvh2Node::new(bounds, 0, first);
     let parallel = items.len() > PARALLEL;
-    let count = split(items, depth);
+    let count = split(items, &centers, depth);
     let (left, right) = items.split_at_mut(count);
     let (children, below) = below.split_at_mut(2);
     let (below_left, below_right) = below.split_at_mut(2 * left.len() - 2);
@@ -64,79 +68,97 @@ fn fill(node: &mut Bvh2Node, below: &mut [Bvh2Node], first: u32, items: &mut [It
     }
 }
 
-/// Orders `items` (two or more) and says how many go to the left: at least one, not all.
-fn split(items: &mut [Item], depth: usize) -> usize {
-    let half = items.len() / 2;
-    let (low, high) = items
-        .iter()
-        .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(l, h), i| (l.min(i.center), h.max(i.center)));
-    let extent = high - low;
+/// Orders `items` (two or more, with their centers in `centers`) and says how many go to the left: at least one, not all.
+fn split(items: &mut [Item], centers: &Aabb, depth: usize) -> usize {
     // The depth that halving from here on would reach.
     let halving = depth + items.len().next_power_of_two().trailing_zeros() as usize;
+    let bins = Bins::new(centers);
     if halving < MAX_DEPTH
-        && let Some((axis, bin)) = best_bin(items, low, extent)
+        && let Some((axis, last)) = bins.best_split(items)
     {
         let mut count = 0;
         for i in 0..items.len() {
-            if bin_of(items[i].center[axis], low[axis], extent[axis]) <= bin {
+            if bins.of(&items[i])[axis] <= last {
                 items.swap(i, count);
                 count += 1;
             }
         }
-        if count > 0 && count < items.len() {
-            return count;
-        }
+        return count;
     }
-    let axis = extent.max_position();
+    let axis = centers.largest_axis();
+    let half = items.len() / 2;
     items.select_nth_unstable_by(half, |a, b| a.center[axis].total_cmp(&b.center[axis]));
     half
 }
 
-fn bin_of(center: f32, low: f32, extent: f32) -> usize {
-    (((center - low) / extent * BINS as f32) as usize).min(BINS - 1)
+/// Slices of equal width between the outermost centers, on each axis.
+struct Bins {
+    low: Vec3A,
+    scale: Vec3A,
 }
 
-/// The axis, and the last bin on the left, of the lowest area × count; `None` where all centres coincide.
-fn best_bin(items: &[Item], low: Vec3A, extent: Vec3A) -> Option<(usize, usize)> {
-    let mut best = None;
-    let mut best_cost = f32::INFINITY;
-    for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
-        let mut bins = [(Aabb::empty(), 0usize); BINS];
+impl Bins {
+    fn new(centers: &Aabb) -> Self {
+        Self { low: centers.min, scale: BINS as f32 / (centers.max - centers.min) }
+    }
+
+    /// (On an axis without extent, 0 · ∞ = NaN, which the cast makes 0.)
+    fn of(&self, item: &Item) -> [usize; 3] {
+        let bin = (item.center - self.low) * self.scale;
+        [bin.x, bin.y, bin.z].map(|b| (b as usize).min(BINS - 1))
+    }
+
+    /// The axis, and the last bin on the left, of the lowest area × count; `None` where all fall into one bin.
+    fn best_split(&self, items: &[Item]) -> Option<(usize, usize)> {
+        let mut bins = [[(Aabb::empty(), 0usize); BINS]; 3];
         for item in items {
-            let (bounds, count) = &mut bins[bin_of(item.center[axis], low[axis], extent[axis])];
-            *bounds = bounds.union(&item.bounds);
-            *count += 1;
-        }
-        let cost = |(bounds, count): &(Aabb, usize)| match count {
-            0 => 0.0,
-            n => bounds.half_area() * *n as f32,
-        };
-        let join = |sum: &mut (Aabb, usize), (bounds, count): &(Aabb, usize)| {
-            *sum = (sum.0.union(bounds), sum.1 + count);
-        };
-        let mut right = [0.0; BINS];
-        let mut sum = (Aabb::empty(), 0);
-        for i in (1..BINS).rev() {
-            join(&mut sum, &bins[i]);
-            right[i] = cost(&sum);
-        }
-        let mut sum = (Aabb::empty(), 0);
-        for i in 0..BINS - 1 {
-            join(&mut sum, &bins[i]);
-            let total = cost(&sum) + right[i + 1];
-            if sum.1 > 0 && sum.1 < items.len() && total < best_cost {
-                (best_cost, best) = (total, Some((axis, i)));
+            for (axis, bin) in self.of(item).into_iter().enumerate() {
+                join(&mut bins[axis][bin], &(item.bounds, 1));
             }
         }
+        let mut best = None;
+        let mut best_cost = f32::INFINITY;
+        for (axis, bins) in bins.iter().enumerate() {
+            let mut right = [0.0; BINS];
+            let mut sum = (Aabb::empty(), 0);
+            for i in (1..BINS).rev() {
+                join(&mut sum, &bins[i]);
+                right[i] = cost(&sum);
+            }
+            let mut sum = (Aabb::empty(), 0);
+            for i in 0..BINS - 1 {
+                join(&mut sum, &bins[i]);
+                let total = cost(&sum) + right[i + 1];
+                if sum.1 > 0 && sum.1 < items.len() && total < best_cost {
+                    (best_cost, best) = (total, Some((axis, i)));
+                }
+            }
+        }
+        best
     }
-    best
+}
+
+fn join(sum: &mut (Aabb, usize), part: &(Aabb, usize)) {
+    *sum = (sum.0.union(&part.0), sum.1 + part.1);
+}
+
+fn cost((bounds, count): &(Aabb, usize)) -> f32 {
+    match count {
+        0 => 0.0,
+        n => bounds.half_area() * *n as f32,
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::binary::depth;
     use super::*;
     use crate::sampling::stats::uniform;
+
+    fn depth(tree: &Bvh2, index: usize) -> usize {
+        let node = &tree.nodes[index];
+        let first = node.first_index as usize;
+        1 + if node.is_leaf() { 0 } else { depth(tree, first).max(depth(tree, first + 1)) }
+    }
 
     /// Every primitive in one leaf, every box inside its parent's, depth within bounds.
     fn check(boxes: &[Aabb]) -> usize {
@@ -155,7 +177,7 @@ mod tests {
             }
         }
         assert!(seen.iter().all(|&n| n == 1));
-        let depth = depth(&tree);
+        let depth = depth(&tree, 0);
         assert!(depth <= MAX_DEPTH);
         depth
     }

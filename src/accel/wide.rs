@@ -52,7 +52,7 @@ pub fn collapse(tree: &Bvh2, size: LeafSize, leaf: impl FnMut(&[u32]) -> u32) ->
     if tree.nodes.is_empty() {
         return Vec::new();
     }
-    debug_assert!(binary::depth(tree) <= binary::MAX_DEPTH);
+    debug_assert!(!binary::deeper(tree, 0, binary::MAX_DEPTH));
     let plan = Plan::new(tree, size);
     let mut emitter = Emitter { tree, plan: &plan, leaf, nodes: Vec::new(), primitives: Vec::new() };
     emitter.node(0);
