@@ -284,3 +284,21 @@ mod interrupts {
         assert!(picture == b"old" || image::load_from_memory(&picture).is_ok());
     }
 }
+
+/// A degenerate triangle among good ones: one warning that counts it. None but degenerate ones: nothing to be seen.
+#[test]
+fn degenerate_triangles_are_counted_in_a_warning() {
+    let folder = folder();
+    let render = |name: &str, faces: &str| {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\n{faces}");
+        fs::write(folder.path().join(name), text).expect("written");
+        rayo()
+            .args(["render", name, "--size", "16x12", "--samples", "1"])
+            .current_dir(folder.path())
+            .output()
+            .expect("runs")
+    };
+    let output = render("one.obj", "f 1 2 3\nf 1 2 4\nf 2 2 2\n");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && told.contains("warning: 2 triangles"), "{told}");
+}

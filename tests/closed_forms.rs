@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine2, Affine3A, Mat3, Vec2, Vec3};
 use rayo::{
     compile::compile,
     integrator::{RayCounts, sample_pixel},
@@ -352,5 +352,29 @@ fn a_flat_mesh_under_a_white_sky_reflects_its_albedo() {
             });
             stage.expect(1024, 0.5);
         }
+    }
+}
+
+/// The texture's right half is white: seen from outside with +Y up, so is the right half of the ball.
+#[test]
+fn a_texture_reads_the_right_way_round_on_a_sphere() {
+    for (x, expected) in [(-0.5, 0.2), (0.5, 1.0)] {
+        let mut stage = Stage::new(Vec3::new(x, 0.0, 5.0), Vec3::new(x, 0.0, 0.0));
+        let texels = Texels::Rgba8(vec![[51, 51, 51, 255], [255; 4]]);
+        // +Z is at u = ¼, so that the picture's middle third shows there
+        stage.world.model.images.push(Image { name: String::new(), width: 2, height: 1, texels });
+        stage.world.model.textures.push(Texture {
+            image: ImageId(0),
+            color_space: ColorSpace::Linear,
+            wrap_u: Wrap::Repeat,
+            wrap_v: Wrap::Repeat,
+            filter: Filter::Nearest,
+        });
+        let transform = Affine2::from_translation(Vec2::new(0.25, 0.0));
+        let texture = Some(TextureRef { texture: TextureId(0), uv_set: 0, transform });
+        let color = ColorInput { factor: Vec3::ONE, texture };
+        let mut material = Material::new("", Surface::Black);
+        material.emission = Some(Emission { color, strength: 1.0, two_sided: false });
+        stage.sphere(Vec3::ZERO, 1.0, material).expect(16, expected);
     }
 }

@@ -79,6 +79,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let pool = threads(settings.threads)?;
     let scene = timed(&mut seconds.build, || pool.install(|| compile(world, &settings)));
+    if !args.quiet {
+        scene.stats.notices().iter().for_each(|notice| say(format!("warning: {notice}")));
+    }
     interrupt.rendering_starts();
     let progress = Progress::start(&interrupt, &settings, args.quiet);
     let rendering = render::render(&scene, &settings, interrupt.monitor()).map_err(failed)?;

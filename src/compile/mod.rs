@@ -68,6 +68,8 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         geometry_bytes: model.meshes.iter().map(|m| m.memory() as u64).sum(),
         texture_bytes: textures.memory() as u64,
         triangles_set_aside,
+        objects_set_aside: accel.set_aside() as u64,
+        environment_texels_set_aside: environment.dropped_texels as u64,
     };
     Scene {
         lights: Lights::new(&emitters, environment),

@@ -33,8 +33,31 @@ pub struct SceneStats {
     pub bvh_bytes: u64,
     pub geometry_bytes: u64,
     pub texture_bytes: u64,
-    /// Triangles without area or with non-finite corners.
+    /// Triangles without area or with corners that are not finite or too far away.
     pub triangles_set_aside: u64,
+    /// Objects without a finite extent, instances of empty meshes among them.
+    pub objects_set_aside: u64,
+    /// Texels of the environment's image that were negative or not finite, and are black.
+    pub environment_texels_set_aside: u64,
+}
+
+impl SceneStats {
+    /// What is not rendered as it was described, one sentence each.
+    pub fn notices(&self) -> Vec<String> {
+        let notices = [
+            (self.triangles_set_aside, "triangles have no area or corners out of reach, and were left out"),
+            (self.objects_set_aside, "objects are empty, flat or out of reach, and were left out"),
+            (
+                self.environment_texels_set_aside,
+                "texels of the environment are negative or not finite, and are black",
+            ),
+        ];
+        notices
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect()
+    }
 }
 
 #[derive(Debug)]
@@ -128,7 +151,7 @@ impl Scene {
                 let n = (ray.at(hit.t) - center).normalize_or(Vec3::Y);
                 let position = center + radius * n;
                 let error = offset::sphere_error(*center, *radius, position);
-                let east = Vec3::new(-n.z, 0.0, n.x).normalize_or_zero();
+                let east = Vec3::new(n.z, 0.0, -n.x).normalize_or_zero();
                 plain_point(position, error, n, east, sphere_uv(n))
             }
             ObjectKind::Quad { origin, u, v, .. } => {
@@ -192,7 +215,8 @@ fn flat_tangent(mesh: &Mesh, corners: [u32; 3], [p0, p1, p2]: [Vec3; 3]) -> Vec4
     along_u.normalize_or_zero().extend(-determinant.signum())
 }
 
-/// Where a sphere's outward normal lies on an equirectangular map.
+/// Where a sphere's outward normal lies on its texture, which reads the right way round from outside (an environment map
+/// is seen from inside: its u runs the other way).
 fn sphere_uv(n: Vec3) -> Vec2 {
-    Vec2::new(0.5 + n.z.atan2(n.x) / TAU, n.y.clamp(-1.0, 1.0).acos() / PI)
+    Vec2::new(0.5 - n.z.atan2(n.x) / TAU, n.y.clamp(-1.0, 1.0).acos() / PI)
 }

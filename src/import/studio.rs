@@ -69,7 +69,17 @@ const MOVES: u32 = 40;
 /// The asset at `path` in the studio, for a picture of this size in pixels: seen by its own camera, or else one that
 /// frames it.
 pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>> {
-    let model = model(path)?;
+    let mut model = model(path)?;
+    let shows = |instance: &Instance| {
+        let mesh = &model.meshes[instance.mesh.index()];
+        mesh.triangles.iter().any(|t| t.iter().all(|&i| mesh.positions[i as usize].is_finite()))
+    };
+    if !model.instances.iter().any(shows) {
+        let nothing = Diagnostic::error(path, Place::File, "there is nothing to be seen in this file")
+            .help("it has no triangles that can be drawn, or no scene that shows them");
+        model.warnings.push(nothing);
+        return Err(model.warnings);
+    }
     let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
     let mut world = World {
         model,
@@ -78,11 +88,6 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
         environment: surrounding(),
         camera: framing::frame(&Subject::boxed(Bounds::UNIT), framing::USUAL, aspect as f32),
     };
-    if world.model.instances.is_empty() {
-        let warning = Diagnostic::warning(path, Place::File, "there is nothing to be seen in this file")
-            .help("it has no triangles, or no scene that shows them");
-        world.model.warnings.push(warning);
-    }
     let subject = Subject::of(&world);
     let bounds = subject.bounds;
     world.camera = match world.model.cameras.first() {

@@ -33,7 +33,8 @@ pub struct Instance {
     pub materials: Vec<MaterialId>,
 }
 
-/// Outward normals; uv: u = 0.5 + atan2(n.z, n.x) / 2π, v = acos(n.y) / π.
+/// Outward normals; uv: u = 0.5 − atan2(n.z, n.x) / 2π, v = acos(n.y) / π, so that a texture reads the right way round
+/// from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     pub center: Vec3,
