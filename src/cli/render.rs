@@ -186,7 +186,14 @@ fn write_picture(
     settings: &render::Settings,
     output: &output::Settings,
 ) -> Result<u64, Failure> {
-    let facts = Facts { samples_per_pixel: counts.mean as f32, noise: rendering.noise, seed: settings.seed };
+    let [x, y, ..] = settings.window();
+    let facts = Facts {
+        samples_per_pixel: counts.mean as f32,
+        noise: rendering.noise,
+        seed: settings.seed,
+        size: settings.size,
+        origin: [x, y],
+    };
     let encoded = output::encode(&Picture::of(&rendering.film), output, &facts).map_err(failed)?;
     interrupt.uninterrupted(|| output::write_file(&output.file, &encoded.bytes)).map_err(failed)?;
     Ok(encoded.clamped)
