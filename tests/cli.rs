@@ -98,6 +98,7 @@ fn bad_flags_exit_with_2() {
         ("--time 0s", "90s"),
         ("--threads 0", "from 1 to"),
         ("--seed -1", "--seed"),
+        ("--seed 9223372036854775808", "9223372036854775807"),
         ("--crop 1,2,3", "100,50,640,360"),
         ("--size 100x100 --crop 90,90,11,10", "leaves the picture"),
         ("--exposure 1e9", "stops"),
@@ -132,6 +133,65 @@ fn output_that_cannot_be_written_is_found_before_rendering() {
     fails(at, &format!("{endless} --stats scene.toml"), 2, ".json");
     #[cfg(target_os = "linux")]
     fails(at, &format!("{endless} -o /proc/a.png"), 2, "cannot write /proc/a.png");
+}
+
+#[test]
+fn what_a_picture_is_made_of_is_never_overwritten() {
+    let folder = folder();
+    let at = folder.path();
+    let refuses = |arguments: &str, file: &str| {
+        let before = fs::read(at.join(file)).expect("there");
+        let arguments = format!("render {arguments} --samples 1 --size 8x8");
+        fails(at, &arguments, 2, "the picture is made of this file");
+        assert!(fs::read(at.join(file)).expect("there") == before, "{arguments}");
+    };
+    let works = |arguments: &str| {
+        let output = run(at, &format!("render {arguments} --samples 1 --size 8x8"));
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+    };
+    for name in ["pear.png", "sky.png", "coin.png"] {
+        image::RgbImage::from_pixel(2, 2, image::Rgb([90; 3])).save(at.join(name)).expect("written");
+    }
+    let write = |name: &str, text: &str| fs::write(at.join(name), text).expect("written");
+
+    write("pear.mtl", "newmtl skin\nmap_Kd pear.png\n");
+    write(
+        "pear.obj",
+        "mtllib pear.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n",
+    );
+    refuses("pear.obj", "pear.png");
+    refuses("pear.obj -o ./pear.png", "pear.png");
+    works("pear.obj -o other.png");
+    works("pear.obj -o other.png");
+
+    write(
+        "sky.toml",
+        "[environment]\ntype = \"image\"\nfile = \"sky.png\"\n[[model]]\nfile = \"pear.obj\"\n",
+    );
+    refuses("sky.toml", "sky.png");
+    refuses("sky.toml -o pear.png", "pear.png");
+    works("sky.toml -o other.png");
+
+    // A triangle of floats in a file whose name could be that of statistics.
+    let corners: Vec<u8> =
+        [0, 0, 0, 1, 0, 0, 0, 1, 0].iter().flat_map(|&x| (x as f32).to_le_bytes()).collect();
+    fs::write(at.join("coin.json"), corners).expect("written");
+    write(
+        "coin.gltf",
+        r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+        "min": [0, 0, 0], "max": [1, 1, 0]}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "coin.json"}], "images": [{"uri": "coin.png"}]}"#,
+    );
+    refuses("coin.gltf -o other.png --stats coin.json", "coin.json");
+    refuses("coin.gltf", "coin.png");
+    works("coin.gltf -o other.png --stats stats.json");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("pear.png", at.join("link.png")).expect("link");
+        refuses("pear.obj -o link.png", "pear.png");
+    }
 }
 
 #[test]

@@ -10,6 +10,9 @@ use crate::{
     scene::parse_duration,
 };
 
+/// As far as whole numbers reach in a scene file.
+const MAX_SEED: u64 = i64::MAX as u64;
+
 /// Each overrides what the scene file says.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Overriding the scene")]
@@ -35,7 +38,7 @@ pub struct Overrides {
     bounces: Option<u32>,
 
     /// Another number, another pattern of noise
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
     seed: Option<u64>,
 
     /// Render only this part: left, top, width and height in pixels of the whole picture

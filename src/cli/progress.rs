@@ -18,6 +18,8 @@ use super::{
 use crate::render::{Monitor, Settings};
 
 const BAR_STEPS: u64 = 1000;
+/// Leaves room for the words in a terminal of 80 columns.
+const BAR_COLUMNS: usize = 8;
 const REFRESH: Duration = Duration::from_millis(100);
 
 /// Plain lines: at every tenth of the work, but not more often than this …
@@ -75,22 +77,24 @@ impl Work {
         monitor.fraction().max(of_time).min(1.0)
     }
 
-    /// Samples, speed, noise and time left.
+    /// Time left, samples, noise and speed.
     fn describe(&self, monitor: &Monitor) -> String {
         let elapsed = self.start.elapsed().as_secs_f64();
         let fraction = self.fraction(monitor);
-        let noise = monitor.noise().map_or("–".into(), |noise| format!("{:.1} %", 100.0 * noise));
-        let left = match fraction {
-            f if f > 0.001 => format!("{} left", duration(elapsed / f - elapsed)),
-            _ => "time left unknown".into(),
-        };
-        format!(
-            "{:.0} of {} samples, {:.2} Mrays/s, noise {noise}, {left}",
-            monitor.samples() as f64 / self.pixels.max(1) as f64,
-            self.samples,
+        sentence(
+            (fraction > 0.001).then(|| elapsed / fraction - elapsed),
+            [monitor.samples() as f64 / self.pixels.max(1) as f64, self.samples.into()],
+            monitor.noise(),
             monitor.rays() as f64 / elapsed.max(1e-3) / 1e6,
         )
     }
+}
+
+/// Begins with what is wanted most, as a narrow terminal cuts off its end.
+fn sentence(left: Option<f64>, [done, of]: [f64; 2], noise: Option<f32>, mrays_per_second: f64) -> String {
+    let left = left.map_or("time left unknown".into(), |seconds| format!("{} left", duration(seconds)));
+    let noise = noise.map_or("–".into(), |noise| format!("{:.1} %", 100.0 * noise));
+    format!("{left}, {done:.0}/{of} samples, noise {noise}, {mrays_per_second:.2} Mrays/s")
 }
 
 fn goes_on(stopped: &Receiver<()>) -> bool {
@@ -99,7 +103,9 @@ fn goes_on(stopped: &Receiver<()>) -> bool {
 
 fn show_bar(work: &Work, monitor: &Monitor, stopped: &Receiver<()>) {
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{bar:24} {percent:>3} % {wide_msg}") {
+    if let Ok(style) =
+        ProgressStyle::with_template(&format!("{{bar:{BAR_COLUMNS}}} {{percent:>3}} % {{wide_msg}}"))
+    {
         bar.set_style(style);
     }
     while goes_on(stopped) {
@@ -148,11 +154,18 @@ mod tests {
     }
 
     #[test]
+    fn the_line_fits_a_terminal_of_80_columns() {
+        let line = sentence(Some(59.0 * 60.0 + 59.0), [4096.0, 4096.0], Some(0.123), 12.34);
+        assert_eq!(line, "59 m 59 s left, 4096/4096 samples, noise 12.3 %, 12.34 Mrays/s");
+        assert!(BAR_COLUMNS + " 100 % ".len() + line.chars().count() <= 80);
+    }
+
+    #[test]
     fn the_line_says_what_is_known() {
         let work =
             Work { start: Instant::now(), pixels: 4, samples: 9, time: Some(Duration::from_secs(3600)) };
         let line = work.describe(&Monitor::default());
-        assert!(line.starts_with("0 of 9 samples, 0.00 Mrays/s, noise –, "), "{line}");
+        assert!(line.ends_with("0/9 samples, noise –, 0.00 Mrays/s"), "{line}");
         assert!(work.fraction(&Monitor::default()) < 0.01);
     }
 }

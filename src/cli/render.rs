@@ -1,6 +1,8 @@
 //! `rayo render`: from a file to a picture.
 
 use std::{
+    collections::HashSet,
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -72,6 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
     let job = timed(&mut seconds.load, || threads(args.overrides.threads())?.install(|| load(args)))?;
+    spare_sources(&job, args)?;
     if !args.quiet {
         warn(&job, &args.overrides);
     }
@@ -161,6 +164,24 @@ fn check_targets<'a>(targets: impl IntoIterator<Item = (&'a Path, &'a [&'a str])
     if problems.is_empty() { Ok(()) } else { Err(Failure::BadInput(problems)) }
 }
 
+/// Refuses to write over what the picture is made of: by default it is called as the model is, and so may its texture be.
+fn spare_sources(job: &Job, args: &Args) -> Result<(), Failure> {
+    let sources: HashSet<PathBuf> =
+        job.world.model.sources.iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
+    let targets = [(Some(job.output.file.as_path()), "-o"), (args.stats.as_deref(), "--stats")];
+    let problems: String = targets
+        .into_iter()
+        .filter_map(|(file, flag)| Some((file?, flag)))
+        // What is not there cannot be overwritten.
+        .filter(|(file, _)| fs::canonicalize(file).is_ok_and(|file| sources.contains(&file)))
+        .map(|(file, flag)| {
+            let name = file.display();
+            format!("error: cannot write {name}: the picture is made of this file; choose another name with {flag}\n")
+        })
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(Failure::BadInput(problems)) }
+}
+
 fn write_picture(
     interrupt: &Arc<Interrupt>,
     rendering: &Rendering,
@@ -168,7 +189,14 @@ fn write_picture(
     settings: &render::Settings,
     output: &output::Settings,
 ) -> Result<u64, Failure> {
-    let facts = Facts { samples_per_pixel: counts.mean as f32, noise: rendering.noise, seed: settings.seed };
+    let [x, y, ..] = settings.window();
+    let facts = Facts {
+        samples_per_pixel: counts.mean as f32,
+        noise: rendering.noise,
+        seed: settings.seed,
+        size: settings.size,
+        origin: [x, y],
+    };
     let encoded = output::encode(&Picture::of(&rendering.film), output, &facts).map_err(failed)?;
     interrupt.uninterrupted(|| output::write_file(&output.file, &encoded.bytes)).map_err(failed)?;
     Ok(encoded.clamped)

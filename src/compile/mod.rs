@@ -61,6 +61,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         spheres: objects.iter().filter(|o| matches!(o.kind, ObjectKind::Sphere { .. })).count() as u64,
         quads: objects.iter().filter(|o| matches!(o.kind, ObjectKind::Quad { .. })).count() as u64,
         lights: emitters.len() as u64,
+        environment: environment.mean_luminance() > 0.0,
         materials: model.materials.len() as u64,
         textures: textures.len() as u64,
         bvh_seconds,

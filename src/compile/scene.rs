@@ -26,7 +26,10 @@ pub struct SceneStats {
     pub instances: u64,
     pub spheres: u64,
     pub quads: u64,
+    /// Those with a place or a direction: lamps and emissive surfaces.
     pub lights: u64,
+    /// Whether the surroundings give light.
+    pub environment: bool,
     pub materials: u64,
     pub textures: u64,
     pub bvh_seconds: f64,

@@ -59,6 +59,11 @@ impl Film {
         &self.pixels
     }
 
+    /// Bytes of the pixels.
+    pub fn memory(&self) -> usize {
+        size_of_val(self.pixels.as_slice())
+    }
+
     /// Panics outside the film.
     pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
         assert!(x < self.width, "column {x} of {}", self.width);

@@ -42,7 +42,12 @@ fn assemble_with(
     let mut assembly = Assembly {
         loaders,
         file: scene.file.clone(),
-        model: Model { materials: scene.materials, warnings: scene.warnings, ..Model::default() },
+        model: Model {
+            materials: scene.materials,
+            warnings: scene.warnings,
+            sources: vec![scene.file],
+            ..Model::default()
+        },
         images: HashMap::new(),
         assets: HashMap::new(),
         cameras: Vec::new(),
@@ -113,6 +118,7 @@ impl Assembly {
         }
         let id = match (self.loaders.image)(file) {
             Ok(image) => {
+                self.model.sources.push(file.to_owned());
                 self.model.images.push(image);
                 Some(ImageId(self.model.images.len() as u32 - 1))
             }

@@ -24,7 +24,7 @@ impl Offsets {
     }
 }
 
-/// Moves meshes, images, textures, materials and warnings of `part` into `whole`. Instances, lights and cameras stay:
+/// Moves meshes, images, textures, materials, warnings and sources of `part` into `whole`. Instances, lights and cameras stay:
 /// they are placed, possibly several times.
 pub(super) fn append(whole: &mut Model, part: &mut Model) -> Offsets {
     let offsets = Offsets { meshes: whole.meshes.len() as u32, materials: whole.materials.len() as u32 };
@@ -41,6 +41,7 @@ pub(super) fn append(whole: &mut Model, part: &mut Model) -> Offsets {
     // The names are still asked for.
     whole.materials.extend(part.materials.iter().cloned());
     whole.warnings.append(&mut part.warnings);
+    whole.sources.append(&mut part.sources);
     offsets
 }
 

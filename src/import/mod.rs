@@ -23,12 +23,15 @@ use crate::{
 /// Reads an asset, of the kind that its file name says.
 pub fn model(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    match extension.as_str() {
-        "glb" | "gltf" => gltf::load(path),
-        "obj" => obj::load(path),
-        _ => Err(vec![
-            Diagnostic::error(path, Place::File, "this is not a kind of model that can be read")
-                .help("models are .glb, .gltf and .obj files"),
-        ]),
-    }
+    let mut model = match extension.as_str() {
+        "glb" | "gltf" => gltf::load(path)?,
+        "obj" => obj::load(path)?,
+        _ => {
+            let message = "this is not a kind of model that can be read";
+            let help = "models are .glb, .gltf and .obj files";
+            return Err(vec![Diagnostic::error(path, Place::File, message).help(help)]);
+        }
+    };
+    model.sources.push(path.to_owned());
+    Ok(model)
 }

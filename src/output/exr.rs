@@ -3,6 +3,8 @@
 //! The attribute `software` holds name and version, `comments` samples, noise and seed. (Attributes of our own would be
 //! written in another order each time: the crate keeps them in a hash map.)
 //!
+//! The data window of a crop is its place in the whole picture, which is the display window.
+//!
 //! A half ends at 65504: what is brighter is clamped to that and counted.
 
 use std::io::Cursor;
@@ -10,7 +12,7 @@ use std::io::Cursor;
 use ::exr::{
     meta::attribute::Chromaticities,
     prelude::{
-        Blocks, Compression, Encoding, Image, IntoSample, Layer, LayerAttributes, LineOrder,
+        Blocks, Compression, Encoding, Image, IntegerBounds, IntoSample, Layer, LayerAttributes, LineOrder,
         SpecificChannels, Text, Vec2, WritableImage, f16,
     },
 };
@@ -48,7 +50,10 @@ fn encode_as<T: IntoSample>(
     let noise = facts.noise.map_or("unknown".into(), |noise| noise.to_string());
     let comments =
         format!("samples per pixel {}, relative noise {noise}, seed {}", facts.samples_per_pixel, facts.seed);
+    let [x, y] = facts.origin.map(|n| n as i32);
+    let [whole_width, whole_height] = facts.size.map(|n| n as usize);
     let attributes = LayerAttributes {
+        layer_position: Vec2(x, y),
         software_name: Text::new_or_none(software()),
         comments: Text::new_or_none(comments),
         ..LayerAttributes::default()
@@ -65,6 +70,7 @@ fn encode_as<T: IntoSample>(
     });
     let mut image =
         Image::from_layer(Layer::new((width, picture.height as usize), attributes, encoding, channels));
+    image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));
     image.attributes.chromaticities = Some(REC709);
     let mut bytes = Vec::new();
     image.write().to_buffered(Cursor::new(&mut bytes)).map_err(Error::encoding)?;
@@ -76,7 +82,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::*;
 
-    const FACTS: Facts = Facts { samples_per_pixel: 12.5, noise: Some(0.03), seed: u64::MAX };
+    const FACTS: Facts =
+        Facts { samples_per_pixel: 12.5, noise: Some(0.03), seed: u64::MAX, size: [40, 21], origin: [0, 0] };
 
     fn picture() -> Picture {
         let pixels = (0..40 * 21).map(|i| [i as f32 / 7.0, 1e-5 * i as f32, 0.1]).collect();
@@ -117,6 +124,17 @@ mod tests {
             let b = b.min(65504.0);
             assert!((a - b).abs() <= b / 2048.0 + 3.1e-8, "{a} for {b}");
         }
+    }
+
+    #[test]
+    fn a_crop_keeps_its_place() {
+        let facts = Facts { size: [100, 60], origin: [7, 30], ..FACTS };
+        let encoded = encode(&picture(), Depth::High, &facts).expect("encodes");
+        let meta = MetaData::read_from_buffered(Cursor::new(&encoded.bytes), false).expect("header");
+        let header = &meta.headers[0];
+        assert_eq!(header.shared_attributes.display_window, IntegerBounds::new((0, 0), (100, 60)));
+        assert_eq!(header.data_window(), IntegerBounds::new((7, 30), (40, 21)));
+        assert_eq!(decode(&encoded.bytes), picture().pixels);
     }
 
     #[test]

@@ -43,6 +43,10 @@ pub struct Facts {
     /// Estimated relative error.
     pub noise: Option<f32>,
     pub seed: u64,
+    /// Pixels, width and height of the whole picture.
+    pub size: [u32; 2],
+    /// Where in the whole picture this one begins: x, y from the top left.
+    pub origin: [u32; 2],
 }
 
 /// A file's bytes, and how many of its numbers were beyond the format and had to be clamped.

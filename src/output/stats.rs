@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::{Settings as OutputSettings, View};
+use super::{Depth, Format, Settings as OutputSettings, View};
 use crate::{
     compile::SceneStats,
     film::SampleCounts,
     integrator::RayCounts,
-    render::{Bounces, Outcome, Rendering, Settings},
+    render::{Bounces, FilterKind, Outcome, Rendering, Settings},
 };
 
 #[derive(Debug, Serialize)]
@@ -25,6 +25,7 @@ pub struct Stats {
     /// Estimated relative error of the picture.
     pub noise: Option<f32>,
     pub seconds: Seconds,
+    pub film_bytes: u64,
     /// Largest resident memory of the process so far; `null` where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
 }
@@ -39,6 +40,11 @@ pub struct SettingsUsed {
     pub seed: u64,
     pub threads: Option<usize>,
     pub bounces: Bounces,
+    pub filter: &'static str,
+    /// Full width of the filter's support.
+    pub filter_width_pixels: f32,
+    /// As scene files call it; `null` for a format that has but one.
+    pub depth: Option<&'static str>,
     pub view: &'static str,
     pub exposure: f32,
 }
@@ -105,6 +111,7 @@ impl Stats {
             },
             noise: rendering.noise,
             seconds,
+            film_bytes: rendering.film.memory() as u64,
             peak_memory_bytes: peak_memory(),
         }
     }
@@ -126,6 +133,19 @@ impl SettingsUsed {
             seed: render.seed,
             threads: render.threads,
             bounces: render.bounces,
+            filter: match render.filter.kind {
+                FilterKind::Box => "box",
+                FilterKind::Gaussian => "gaussian",
+                FilterKind::BlackmanHarris => "blackman-harris",
+            },
+            filter_width_pixels: render.filter.width,
+            depth: match (Format::of(&output.file), output.depth) {
+                (Some(Format::Png), Depth::Low) => Some("8"),
+                (Some(Format::Png), Depth::High) => Some("16"),
+                (Some(Format::Exr), Depth::Low) => Some("half"),
+                (Some(Format::Exr), Depth::High) => Some("float"),
+                (Some(Format::Hdr) | None, _) => None,
+            },
             view: match output.view {
                 View::Srgb => "srgb",
                 View::Gamma2 => "gamma2",
@@ -185,6 +205,9 @@ mod tests {
         assert_eq!(json["samples"]["dropped"], 4 * 4);
         assert_eq!(json["samples"]["pixels_without_samples"], 4);
         assert_eq!(json["outcome"], "finished");
+        assert_eq!(json["film_bytes"], 8 * 4 * 56);
+        assert_eq!(json["settings"]["filter"], "blackman-harris");
+        assert_eq!(json["settings"]["depth"], "8");
         assert_eq!(json["settings"]["bounces"]["total"], 16);
     }
 

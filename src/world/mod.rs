@@ -1,6 +1,6 @@
 //! The flattened description of what is to be rendered: plain data, index handles, metres, linear Rec.709,
-//! one moment in time. Importers and the scene file write it, `compile` (and exporters) read it. No file paths,
-//! no acceleration structures, no sampling tables.
+//! one moment in time. Importers and the scene file write it, `compile` (and exporters) read it. No acceleration
+//! structures, no sampling tables, and of files only their names, lest a picture be written over one.
 
 mod camera;
 mod environment;
@@ -17,6 +17,8 @@ pub use material::{
     Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, NormalMap, Pbr, ScalarInput, Surface,
 };
 pub use mesh::{Instance, Mesh, Quad, Sphere};
+
+use std::path::PathBuf;
 
 use crate::diagnostic::Diagnostic;
 
@@ -57,6 +59,8 @@ pub struct Model {
     pub cameras: Vec<Camera>,
     /// What was set aside or approximated on the way.
     pub warnings: Vec<Diagnostic>,
+    /// The files that it was made of.
+    pub sources: Vec<PathBuf>,
 }
 
 /// Everything that is rendered.

@@ -44,6 +44,7 @@ fn asset(path: &Path) -> Result<Model, Vec<Diagnostic>> {
             focus: 1.0,
         }],
         warnings: Vec::new(),
+        sources: Vec::new(),
     })
 }
 

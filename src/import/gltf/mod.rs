@@ -37,7 +37,7 @@ mod uri;
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
     panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use glam::DAffine3;
@@ -46,6 +46,7 @@ use rayon::prelude::*;
 
 use self::{
     accessor::Source,
+    document::Document,
     nodes::Placed,
     report::{Counted, Problem, Report},
     textures::Textures,
@@ -102,8 +103,13 @@ fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
     let placed = nodes::flatten(&document, report);
     let shapes = shapes(&source, &placed, report)?;
     let (materials, ids, textures) = materials(&source, &shapes, folder, report)?;
-    let mut model =
-        Model { materials, images: textures.images, textures: textures.textures, ..Model::default() };
+    let mut model = Model {
+        materials,
+        images: textures.images,
+        textures: textures.textures,
+        sources: files(&document, folder),
+        ..Model::default()
+    };
     meshes(&source, &placed, &shapes, &ids, &mut model, report)?;
     cameras_and_lights(&source, &placed, &mut model, report);
     if document.animations > 0 {
@@ -111,6 +117,14 @@ fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
             .warn(Problem::new("/animations", "animations are not played; the file's resting pose is shown"));
     }
     report.checkpoint().map(|()| model)
+}
+
+/// The files beside the asset that it names, used or not.
+fn files(document: &Document, folder: &Path) -> Vec<PathBuf> {
+    let buffers = document.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    let images = document.images.iter().filter_map(|image| image.uri.as_deref());
+    // What is no name of a file, `data:` above all, does not resolve.
+    buffers.chain(images).filter_map(|uri| uri::resolve(uri, folder).ok()).collect()
 }
 
 /// A primitive of triangles at a node (an index into the placed nodes).

@@ -188,6 +188,7 @@ fn read_libraries(clean: &Clean, path: &Path, model: &mut Model) -> Vec<(PathBuf
     if clean.libraries.is_empty() && !clean.materials.is_empty() {
         files.extend(Some(path.with_extension("mtl")).filter(|file| file.is_file()));
     }
+    model.sources.extend_from_slice(&files);
     let mut libraries = Vec::new();
     for file in files {
         match read_text(&file, MAX_MTL_BYTES) {

@@ -55,6 +55,7 @@ impl<'a> Textures<'a> {
         if let Some(&known) = self.images.get(&path) {
             return known;
         }
+        self.model.sources.push(path.clone());
         let loaded = match image::load(&path) {
             Ok(image) if self.texels + texels(&image) > MAX_TEXELS => {
                 let message =
