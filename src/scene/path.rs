@@ -31,11 +31,19 @@ impl Read for ImageFile {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         existing(value, IMAGES, cx).map(Self)
     }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self(PathBuf::new()))
+    }
 }
 
 impl Read for ModelFile {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         existing(value, MODELS, cx).map(Self)
+    }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self(PathBuf::new()))
     }
 }
 
