@@ -19,7 +19,7 @@ const CASES: &[(&str, &[Expected])] = &[
         "[render]\nsamples = \"many\"\nseed = -1\n",
         &[(2, 11, "a whole number, not a string"), (3, 8, "0 or more")],
     ),
-    ("[render]\nsamples = 1.5\n", &[(2, 11, "a whole number, not a number")]),
+    ("[render]\nsamples = 1.5\n", &[(2, 11, "a whole number, not 1.5")]),
     ("[[render]]\n", &[(1, 1, "single brackets")]),
     ("[sphere]\n", &[(1, 1, "write `[[sphere]]`")]),
     ("render = 3\n", &[(1, 10, "must be a table")]),
@@ -148,7 +148,12 @@ const CASES: &[(&str, &[Expected])] = &[
     ("[[model]]\nfile = \"model.stl\"\n", &[(2, 8, "\"gltf\"")]),
     (
         "[[model]]\nfile = 3\nmaterial = \"a\"\nmaterials = { B = \"c\" }\n",
-        &[(2, 8, "a file name"), (3, 12, "no material is called `a`"), (4, 19, "no material is called `c`")],
+        &[
+            (2, 8, "a file name"),
+            (3, 12, "no material is called `a`"),
+            (4, 1, "exclude"),
+            (4, 19, "no material is called `c`"),
+        ],
     ),
     // [[light]]
     ("[[light]]\ntype = \"point\"\n", &[(1, 1, "`position` is missing")]),
