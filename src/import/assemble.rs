@@ -69,6 +69,7 @@ fn assemble_with(
         assembly.place(source);
     }
 
+    let all_loaded = assembly.assets.values().all(Option::is_some);
     let Assembly { file, model, cameras, mut errors, .. } = assembly;
     let mut world = World {
         model,
@@ -80,7 +81,8 @@ fn assemble_with(
     };
     match camera(&scene.camera, &scene.render, &world, &cameras, &file) {
         Ok(camera) => world.camera = camera,
-        Err(error) => errors.extend(error),
+        // A model that could not be loaded may hold the camera.
+        Err(error) => errors.extend(error.filter(|_| all_loaded)),
     }
     if !errors.is_empty() {
         return Err(errors);

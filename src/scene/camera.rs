@@ -114,6 +114,7 @@ impl Camera {
         let Some(position) = self.position else {
             if let Some(aiming) = keys.first(&["target", "up"])
                 && !keys.given("position")
+                && keys.sound(&["position", "imported"])
             {
                 cx.absent(keys.key(aiming), format!("`{aiming}` without `position`"))
                     .help("say where the camera stands, or leave both out to have everything framed");

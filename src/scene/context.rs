@@ -117,10 +117,6 @@ impl Context {
         self.found.into_iter().partition(|d| d.severity == Severity::Error)
     }
 
-    pub fn failed(&self) -> bool {
-        self.found.iter().any(|d| d.severity == Severity::Error)
-    }
-
     fn find(&mut self, diagnostic: Diagnostic) -> Finding<'_> {
         if self.found.len() < KEPT {
             self.found.push(diagnostic);

@@ -70,7 +70,8 @@ impl Document {
         quads.append(&mut lights.quads);
         if let CameraSource::Imported { place: crate::diagnostic::Place::Span { range, .. }, .. } = &camera
             && models.is_empty()
-            && !cx.failed()
+            && !self.keys.given("model")
+            && self.keys.sound(&["model"])
         {
             cx.absent(range.clone(), "there is no [[model]] whose camera could be used");
         }

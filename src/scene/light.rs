@@ -276,16 +276,16 @@ impl Rect {
             cx.error(keys.key(by_centre), format!("`{by_centre}` and `{by_corner}` exclude each other"))
                 .help("say origin, u and v, or else position, target (or direction) and size");
         } else if keys.first(&corner).is_some() {
-            for missing in corner.iter().filter(|name| !keys.given(name)) {
+            for missing in corner.iter().filter(|name| !keys.given(name) && keys.sound(&[name])) {
                 cx.absent(keys.table.clone(), format!("the key `{missing}` is missing"));
             }
-        } else if !keys.given("position") {
+        } else if !keys.given("position") && keys.sound(&corner) && keys.sound(&centre) {
             cx.absent(keys.table.clone(), "the light has no place")
                 .help("say origin, u and v, or else position, target (or direction) and size");
         }
-        if let (Some(origin), Some(u), Some(v)) = (self.origin, self.u, self.v) {
+        if let (Some(u), Some(v)) = (self.u, self.v) {
             check_edges(u.0.into(), v.0.into(), keys.value("v"), cx);
-            return [origin.vec(), u.0.into(), v.0.into()];
+            return [self.origin.unwrap_or(Triple([0.0; 3])).vec(), u.0.into(), v.0.into()];
         }
         let position = self.position.unwrap_or(Triple([0.0; 3]));
         let facing = facing(position, self.target, self.direction, keys, cx);

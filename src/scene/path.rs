@@ -31,11 +31,19 @@ impl Read for ImageFile {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         existing(value, IMAGES, cx).map(Self)
     }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self(PathBuf::new()))
+    }
 }
 
 impl Read for ModelFile {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         existing(value, MODELS, cx).map(Self)
+    }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self(PathBuf::new()))
     }
 }
 
@@ -53,7 +61,7 @@ fn existing(value: &Value, extensions: &[&str], cx: &mut Context) -> Option<Path
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             let help = match neighbour(&path) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => format!("looked for {}", path.display()),
+                None => format!("looked for {}", std::path::absolute(&path).unwrap_or(path).display()),
             };
             let given = value.get_ref().as_str().unwrap_or_default();
             cx.error(value.span(), format!("there is no file {}", quote(given))).help(help);

@@ -78,6 +78,10 @@ impl Read for MaterialName {
         };
         cx.material(name, value.span()).map(Self)
     }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self(MaterialId(0)))
+    }
 }
 
 inline_schema! {

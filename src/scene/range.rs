@@ -101,9 +101,17 @@ pub(super) fn read_f64(value: &Value, cx: &mut Context) -> Option<f64> {
 }
 
 fn read_integer(value: &Value, most: u64, cx: &mut Context) -> Option<u64> {
-    let DeValue::Integer(integer) = value.get_ref() else {
-        cx.must(value.span(), "a whole number", kind(value));
-        return None;
+    let integer = match value.get_ref() {
+        DeValue::Integer(integer) => integer,
+        DeValue::Float(float) => {
+            let written: String = float.as_str().chars().take(40).collect();
+            cx.must(value.span(), "a whole number", &written);
+            return None;
+        }
+        _ => {
+            cx.must(value.span(), "a whole number", kind(value));
+            return None;
+        }
     };
     match i128::from_str_radix(integer.as_str(), integer.radix()) {
         Ok(i) if i < 0 => cx.must(value.span(), "0 or more", &i.to_string()),

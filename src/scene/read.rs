@@ -20,6 +20,11 @@ pub(super) trait Read: Sized + JsonSchema {
         None
     }
 
+    /// What a required value that is missing or wrong is taken for, once that has been reported.
+    fn stand_in() -> Option<Self> {
+        None
+    }
+
     /// What stands for it in a schema. TOML has no null: an absent value has no schema of its own.
     fn schema(generator: &mut SchemaGenerator) -> Schema {
         generator.subschema_for::<Self>()

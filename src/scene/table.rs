@@ -20,6 +20,8 @@ use crate::diagnostic::quote;
 pub(super) struct Keys {
     pub table: Range<usize>,
     keys: Vec<Key>,
+    /// Those whose value is not what the file means: wrong, mistyped, or required and missing.
+    unsound: Vec<&'static str>,
 }
 
 #[derive(Clone, Debug)]
@@ -27,21 +29,20 @@ struct Key {
     name: &'static str,
     key: Range<usize>,
     value: Range<usize>,
-    sound: bool,
 }
 
 impl Keys {
     pub fn none() -> Self {
-        Self { table: 0..0, keys: Vec::new() }
+        Self { table: 0..0, keys: Vec::new(), unsound: Vec::new() }
     }
 
     pub fn given(&self, name: &str) -> bool {
         self.find(name).is_some()
     }
 
-    /// None of these has a value that could not be read, so that it makes sense to compare them.
+    /// None of these was given wrongly or left out wrongly, so that it makes sense to compare them.
     pub fn sound(&self, names: &[&str]) -> bool {
-        names.iter().all(|name| self.find(name).is_none_or(|key| key.sound))
+        !names.iter().any(|name| self.unsound.contains(name))
     }
 
     /// The first of these that is given: its name.
@@ -102,7 +103,7 @@ impl<'a, 'i> TableReader<'a, 'i> {
             entries: Some(entries),
             known,
             unknown: Vec::new(),
-            keys: Keys { table: value.span(), keys: Vec::new() },
+            keys: Keys { table: value.span(), ..Keys::none() },
         };
         for (key, _) in entries.iter() {
             let name: &str = key.get_ref();
@@ -130,8 +131,9 @@ impl<'a, 'i> TableReader<'a, 'i> {
         Self { entries: None, known: &[], unknown: Vec::new(), keys: Keys::none() }
     }
 
-    /// The value of `name`; where it is absent or wrong, `default`, or else what its absence means. `None` where
-    /// there is nothing to stand for it: that has been reported.
+    /// The value of `name`; where it is absent or wrong, `default`, or else what its absence means, or else anything:
+    /// the checks that do not concern it still run, on a scene that is then refused. `None` where there is nothing to
+    /// stand for it: that has been reported.
     pub fn key<T: Read>(
         &mut self,
         name: &'static str,
@@ -145,7 +147,10 @@ impl<'a, 'i> TableReader<'a, 'i> {
             if stand_in.is_none() && !mistyped {
                 cx.absent(self.keys.table.clone(), format!("the key `{name}` is missing"));
             }
-            return stand_in;
+            if stand_in.is_none() || mistyped {
+                self.keys.unsound.push(name);
+            }
+            return stand_in.or_else(T::stand_in);
         };
         let read = cx.under(name, |cx| {
             let read = T::read(value, cx)?;
@@ -157,8 +162,11 @@ impl<'a, 'i> TableReader<'a, 'i> {
                 None => Some(read),
             }
         });
-        self.keys.keys.push(Key { name, key: key.span(), value: value.span(), sound: read.is_some() });
-        read.or(default).or_else(T::absent)
+        self.keys.keys.push(Key { name, key: key.span(), value: value.span() });
+        if read.is_none() {
+            self.keys.unsound.push(name);
+        }
+        read.or(default).or_else(T::absent).or_else(T::stand_in)
     }
 
     pub fn close(self) -> Keys {

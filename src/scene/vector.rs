@@ -71,6 +71,10 @@ impl Read for Triple {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
         read_array(value, "three numbers", cx, f32::read).map(Self)
     }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self([0.0; 3]))
+    }
 }
 
 impl Read for Direction {
@@ -81,6 +85,10 @@ impl Read for Direction {
             return None;
         }
         Some(Self(direction))
+    }
+
+    fn stand_in() -> Option<Self> {
+        Some(Self([0.0, 1.0, 0.0]))
     }
 }
 

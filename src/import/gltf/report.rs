@@ -179,8 +179,23 @@ impl Report {
 }
 
 fn parts(problem: Problem) -> (Place, String, Option<String>) {
+    let is_predicate = ["is ", "has ", "asks ", "does "].iter().any(|verb| problem.message.starts_with(verb));
+    let message = match is_predicate {
+        true => format!("{} {}", subject(&problem.pointer), problem.message),
+        false => problem.message,
+    };
     let place = if problem.pointer.is_empty() { Place::File } else { Place::Pointer(problem.pointer) };
-    (place, problem.message, problem.help)
+    (place, message, problem.help)
+}
+
+/// The end of a pointer as the subject of a sentence: "`roughnessFactor`", "`nodes` 3".
+fn subject(pointer: &str) -> String {
+    let mut parts = pointer.rsplit('/');
+    match (parts.next().unwrap_or_default(), parts.next().unwrap_or_default()) {
+        ("", _) => "the file".into(),
+        (index, list) if index.bytes().all(|b| b.is_ascii_digit()) => format!("`{list}` {index}"),
+        (key, _) => format!("`{key}`"),
+    }
 }
 
 /// `text` in quotes, shortened: a message never repeats a megabyte of the file, nor its control characters.

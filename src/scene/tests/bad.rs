@@ -19,7 +19,7 @@ const CASES: &[(&str, &[Expected])] = &[
         "[render]\nsamples = \"many\"\nseed = -1\n",
         &[(2, 11, "a whole number, not a string"), (3, 8, "0 or more")],
     ),
-    ("[render]\nsamples = 1.5\n", &[(2, 11, "a whole number, not a number")]),
+    ("[render]\nsamples = 1.5\n", &[(2, 11, "a whole number, not 1.5")]),
     ("[[render]]\n", &[(1, 1, "single brackets")]),
     ("[sphere]\n", &[(1, 1, "write `[[sphere]]`")]),
     ("render = 3\n", &[(1, 10, "must be a table")]),
@@ -56,8 +56,13 @@ const CASES: &[(&str, &[Expected])] = &[
     ("[camera]\naperture = -0.1\nfocus = 0\n", &[(2, 12, "at least 0"), (3, 9, "greater than 0")]),
     ("[camera]\northo_height = 1\nfstop = 2\n", &[(3, 1, "orthographic")]),
     ("[camera]\ntarget = [0, 1, 0]\n", &[(2, 1, "`target` without `position`")]),
-    ("[camera]\nimported = \"Cam\"\nvfov = 20\n", &[(3, 1, "says already")]),
+    ("[camera]\nimported = \"Cam\"\nvfov = 20\n", &[(2, 12, "no [[model]]"), (3, 1, "says already")]),
     ("[camera]\nimported = true\n", &[(2, 12, "no [[model]]")]),
+    ("[render]\nseed = -1\n[camera]\nimported = true\n", &[(2, 8, "0 or more"), (4, 12, "no [[model]]")]),
+    (
+        "[camera]\nimported = true\n[[model]]\nfile = \"a.glb\"\nscale = 0\n",
+        &[(4, 8, "there is no file"), (5, 9, "other than 0")],
+    ),
     ("[camera]\nimported = false\n", &[(2, 12, "leave it out")]),
     ("[camera]\nposition = [1e300, 0, 0]\n", &[(2, 13, "between")]),
     (
@@ -125,12 +130,30 @@ const CASES: &[(&str, &[Expected])] = &[
         "[materials.a]\ntype = \"unlit\"\n[[quad]]\norigin = [0, 0]\nu = [0, 0, 0]\nmaterial = \"a\"\n",
         &[(3, 1, "`v` is missing"), (4, 10, "2 of them"), (5, 5, "zero length")],
     ),
+    // What else is wrong in the table hides nothing.
+    (
+        "[[quad]]\norigin = [0, 0, 0]\nu = [1, 0, 0]\nv = [2, 0, 0]\nmaterial = \"zz\"\n",
+        &[(4, 5, "parallel"), (5, 12, "no material is called `zz`")],
+    ),
+    (
+        "[[quad]]\nu = [1, 0, 0]\nv = [2, 0, 0]\nmatrial = \"a\"\n",
+        &[(1, 1, "`origin` is missing"), (3, 5, "parallel"), (4, 1, "did you mean `material`?")],
+    ),
+    (
+        "[[quad]]\norigin = [0, 0, 0]\nu = [0, 1, 0]\nmaterial = 1\n",
+        &[(1, 1, "`v` is missing"), (4, 12, "the name of a material")],
+    ),
     // [[model]]
     ("[[model]]\nfile = \"nothing.glb\"\nscale = 0\n", &[(2, 8, "there is no file"), (3, 9, "other than 0")]),
     ("[[model]]\nfile = \"model.stl\"\n", &[(2, 8, "\"gltf\"")]),
     (
         "[[model]]\nfile = 3\nmaterial = \"a\"\nmaterials = { B = \"c\" }\n",
-        &[(2, 8, "a file name"), (3, 12, "no material is called `a`"), (4, 19, "no material is called `c`")],
+        &[
+            (2, 8, "a file name"),
+            (3, 12, "no material is called `a`"),
+            (4, 1, "exclude"),
+            (4, 19, "no material is called `c`"),
+        ],
     ),
     // [[light]]
     ("[[light]]\ntype = \"point\"\n", &[(1, 1, "`position` is missing")]),
@@ -142,6 +165,22 @@ const CASES: &[(&str, &[Expected])] = &[
         &[(3, 13, "zero length"), (4, 9, "at most 180")],
     ),
     ("[[light]]\ntype = \"sun\"\ndirection = [0, -1, 0]\nelevation = 3\n", &[(4, 1, "exclude")]),
+    (
+        "[[light]]\ntype = \"spot\"\ninner = 50\n",
+        &[(1, 1, "`position` is missing"), (3, 9, "less than `outer`")],
+    ),
+    // Nothing is compared with what stands for a value that could not be read.
+    ("[[light]]\ntype = \"spot\"\ntarget = [0, 0, 0]\n", &[(1, 1, "`position` is missing")]),
+    ("[[light]]\ntype = \"spot\"\nposition = [0, 1, 0]\ninner = 50\nouter = \"a\"\n", &[(5, 9, "a string")]),
+    (
+        "[[light]]\ntype = \"disk\"\ntarget = [0, 0, 0]\ndirection = [0, 1, 0]\npositon = [1, 1, 1]\n",
+        &[(4, 1, "exclude"), (5, 1, "did you mean `position`?")],
+    ),
+    ("[[light]]\ntype = \"rect\"\npositon = [1, 1, 1]\n", &[(3, 1, "did you mean `position`?")]),
+    (
+        "[[light]]\ntype = \"rect\"\norigin = 1\nu = [1, 0, 0]\nv = [1, 0, 0]\n",
+        &[(3, 10, "three numbers"), (5, 5, "parallel")],
+    ),
     ("[[light]]\ntype = \"rect\"\n", &[(1, 1, "no place")]),
     ("[[light]]\ntype = \"rect\"\norigin = [0, 0, 0]\nu = [1, 0, 0]\n", &[(1, 1, "`v` is missing")]),
     (
