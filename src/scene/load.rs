@@ -79,13 +79,22 @@ fn parse_toml<'t>(
     // What follows on the same line is mostly a consequence.
     let mut lines: Vec<Range<usize>> = Vec::new();
     let mut diagnostics = Vec::new();
+    let mut within_array = false;
     for error in &errors {
         let range = error.span().unwrap_or(0..0);
         let line = line_at(text, range.start);
         if lines.last().is_none_or(|last| last.start < line.start) {
-            let at = range.start;
-            let place = Place::Span { source: text.clone(), range };
-            diagnostics.push(Diagnostic::error(path, place, syntax_message(text, at, error.message())));
+            // An array that is not closed takes all that follows for its elements: told once.
+            let comma = error.message().starts_with("missing comma between array elements");
+            let follows = lines.last().is_some_and(|last| text[last.end..line.start].trim().is_empty());
+            if !(comma && within_array && follows) {
+                let at = range.start;
+                let place = Place::Span { source: text.clone(), range };
+                let told = Diagnostic::error(path, place, syntax_message(text, at, error.message()));
+                let help = "or an array above is not closed: look for a missing `]`";
+                diagnostics.push(if comma { told.help(help) } else { told });
+            }
+            within_array = comma;
             lines.push(line);
         }
     }

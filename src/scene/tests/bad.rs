@@ -287,3 +287,11 @@ fn the_terminal_is_not_steered() {
     assert!(shown.chars().all(|c| !c.is_control() || c == '\n'), "{shown:?}");
     assert!(!shown.contains('\u{202e}'));
 }
+
+#[test]
+fn an_array_that_is_not_closed_is_told_once() {
+    let all = errors("[render]\nsize = [800, 450\nsamples = 3\n\nnoise = 0.1\n[camera]\nvfov = 20\n");
+    let commas = all.iter().filter(|e| e.message.starts_with("missing comma")).count();
+    assert_eq!(commas, 1, "{}", render(&all, false));
+    assert!(render(&all, false).contains("missing `]`"));
+}
