@@ -19,6 +19,7 @@
 //! | [`light`], [`camera`], [`sampling`] | emitters, projection, low-discrepancy points and warps |
 //! | [`integrator`] | a `Scene` and one pixel sample in, radiance out |
 //! | [`film`], [`render`] | sums per pixel; passes, tiles, threads, limits |
+//! | [`export`] | a `World` as input for Blender, POV-Ray and Mitsuba |
 //! | [`color`], [`output`] | view transforms; PNG, EXR, HDR, statistics |
 //! | [`input`], [`diagnostic`] | reading what users name; what is wrong with it, where, and what to do about it |
 //!
@@ -32,6 +33,7 @@ pub mod cli;
 pub mod color;
 pub mod compile;
 pub mod diagnostic;
+pub mod export;
 pub mod film;
 pub mod geometry;
 pub mod import;

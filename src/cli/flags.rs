@@ -1,4 +1,4 @@
-//! The flags of `rayo render` that override the scene: their syntax, and how they take effect.
+//! The flags that override the scene: their syntax, and how they take effect.
 
 use std::time::Duration;
 
@@ -13,10 +13,10 @@ use crate::{
 /// As far as whole numbers reach in a scene file.
 const MAX_SEED: u64 = i64::MAX as u64;
 
-/// Each overrides what the scene file says.
+/// What any renderer can be asked for. Each overrides what the scene file says.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Overriding the scene")]
-pub struct Overrides {
+pub struct Basics {
     /// Picture size in pixels, such as 1280x720
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
@@ -24,14 +24,6 @@ pub struct Overrides {
     /// Samples per pixel, at most
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     samples: Option<u32>,
-
-    /// A pixel stops when its estimated relative error is below this, such as 0.01; 0: never early
-    #[arg(long, value_name = "ERROR", value_parser = noise)]
-    noise: Option<f32>,
-
-    /// Time for rendering (loading not included), such as 90s, 5m or 1h30m
-    #[arg(long, value_name = "TIME", value_parser = time)]
-    time: Option<Duration>,
 
     /// Scattering events per path, at most, whatever their kind; 0: direct light only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_BOUNCES)))]
@@ -44,6 +36,22 @@ pub struct Overrides {
     /// Render only this part: left, top, width and height in pixels of the whole picture
     #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
     crop: Option<[u32; 4]>,
+}
+
+/// Each overrides what the scene file says.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Overriding the scene")]
+pub struct Overrides {
+    #[command(flatten)]
+    basics: Basics,
+
+    /// A pixel stops when its estimated relative error is below this, such as 0.01; 0: never early
+    #[arg(long, value_name = "ERROR", value_parser = noise)]
+    noise: Option<f32>,
+
+    /// Time for rendering (loading not included), such as 90s, 5m or 1h30m
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time: Option<Duration>,
 
     /// Threads; as many as the machine has where neither this nor the scene says
     #[arg(long, value_name = "N", value_parser = threads)]
@@ -68,15 +76,21 @@ enum ViewName {
     Raw,
 }
 
-impl Overrides {
-    pub fn apply(&self, render: &mut render::Settings, output: &mut output::Settings) {
+impl Basics {
+    pub fn apply(&self, render: &mut render::Settings) {
         set(&mut render.size, self.size);
         set(&mut render.samples, self.samples);
-        set(&mut render.noise, self.noise);
         set(&mut render.bounces, self.bounces.map(Bounces::uniform));
         set(&mut render.seed, self.seed);
-        render.time = self.time.or(render.time);
         render.crop = self.crop.or(render.crop);
+    }
+}
+
+impl Overrides {
+    pub fn apply(&self, render: &mut render::Settings, output: &mut output::Settings) {
+        self.basics.apply(render);
+        set(&mut render.noise, self.noise);
+        render.time = self.time.or(render.time);
         render.threads = self.threads.or(render.threads);
         set(&mut output.exposure, self.exposure);
         let view = self.view.map(|view| match view {
@@ -164,7 +178,8 @@ mod tests {
         let mut output = output::Settings::default();
         Overrides::default().apply(&mut render, &mut output);
         assert_eq!(render, render::Settings { time: Some(Duration::from_secs(1)), ..Default::default() });
-        let flags = Overrides { bounces: Some(2), crop: Some([1, 2, 3, 4]), ..Overrides::default() };
+        let basics = Basics { bounces: Some(2), crop: Some([1, 2, 3, 4]), ..Basics::default() };
+        let flags = Overrides { basics, ..Overrides::default() };
         flags.apply(&mut render, &mut output);
         assert_eq!((render.bounces, render.crop), (Bounces::uniform(2), Some([1, 2, 3, 4])));
         assert_eq!(render.time, Some(Duration::from_secs(1)));

@@ -9,8 +9,10 @@
 //! Standard output carries what was asked for (schema, help); all messages go to standard error.
 
 mod bug;
+mod export;
 mod flags;
 mod interrupt;
+mod job;
 mod progress;
 mod render;
 mod schema;
@@ -33,6 +35,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(render::Args),
+    Export(export::Args),
     Schema(schema::Args),
 }
 
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         };
         let result = match cli.command {
             Command::Render(args) => render::run(&args),
+            Command::Export(args) => export::run(&args),
             Command::Schema(args) => schema::run(&args),
         };
         match result {

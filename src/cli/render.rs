@@ -12,19 +12,17 @@ use super::{
     Failure,
     flags::Overrides,
     interrupt::Interrupt,
+    job::{self, Job},
     progress::{Progress, duration},
     terminal::{has_color, say},
 };
 use crate::{
     color::Picture,
     compile::compile,
-    diagnostic::{self, Diagnostic},
+    diagnostic,
     film::SampleCounts,
-    import::{assemble, studio},
     output::{self, Facts, Format, PICTURE_EXTENSIONS, Rays, Seconds, Stats},
     render::{self, Outcome, Rendering},
-    scene,
-    world::World,
 };
 
 /// Render a scene file or a model
@@ -57,13 +55,6 @@ pub struct Args {
     overrides: Overrides,
 }
 
-/// What is rendered, and how.
-struct Job {
-    world: World,
-    render: render::Settings,
-    output: output::Settings,
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let interrupt = Interrupt::install();
     let mut seconds = Seconds::default();
@@ -73,7 +64,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
     check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
-    let job = timed(&mut seconds.load, || threads(args.overrides.threads())?.install(|| load(args)))?;
+    let job = timed(&mut seconds.load, || {
+        threads(args.overrides.threads())?
+            .install(|| job::load(&args.file, |render, output| adjust(render, output, args)))
+    })?;
     spare_sources(&job, args)?;
     if !args.quiet {
         warn(&job, &args.overrides);
@@ -112,42 +106,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Reads the input, as the flags change it: framing depends on the size of the picture.
-fn load(args: &Args) -> Result<Job, Failure> {
-    let extension = args.file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "toml" => {
-            let mut scene = scene::load(&args.file).map_err(|all| bad_input(&all))?;
-            adjust(&mut scene.render, &mut scene.output, args)?;
-            let (world, render, output) = assemble(scene).map_err(|all| bad_input(&all))?;
-            Ok(Job { world, render, output })
-        }
-        "glb" | "gltf" | "obj" => {
-            // Beside whoever asked, not beside the model, which may lie in somebody's collection.
-            let name = args.file.file_name().map(PathBuf::from).unwrap_or_default();
-            let file = name.with_extension("png");
-            let mut render = render::Settings::default();
-            let mut output = output::Settings { file, ..output::Settings::default() };
-            adjust(&mut render, &mut output, args)?;
-            let world = studio::bare_asset(&args.file, render.size).map_err(|all| bad_input(&all))?;
-            Ok(Job { world, render, output })
-        }
-        _ => {
-            let name = args.file.display();
-            Err(Failure::BadInput(format!(
-                "error: cannot tell what {name} is: rayo renders scene files (.toml) and models (.glb, .gltf, .obj)"
-            )))
-        }
-    }
-}
-
 /// Applies the flags, and checks what comes of it before anything large is loaded.
 fn adjust(render: &mut render::Settings, output: &mut output::Settings, args: &Args) -> Result<(), Failure> {
     args.overrides.apply(render, output);
-    let faults = render.faults();
-    if !faults.is_empty() {
-        return Err(Failure::BadInput(faults.iter().map(|fault| format!("error: {fault}\n")).collect()));
-    }
+    job::check(render)?;
     match &args.output {
         Some(file) => output.file = file.clone(),
         None => check_targets([(output.file.as_path(), PICTURE_EXTENSIONS)])?,
@@ -242,10 +204,6 @@ fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped:
         rendering.film.width(),
         rendering.film.height(),
     ));
-}
-
-fn bad_input(diagnostics: &[Diagnostic]) -> Failure {
-    Failure::BadInput(diagnostic::render(diagnostics, has_color()))
 }
 
 fn failed(error: impl std::fmt::Display) -> Failure {

@@ -1,0 +1,100 @@
+//! A [`World`] as input for another renderer: the one place that knows other programs' conventions.
+//!
+//! An export is a folder with relative paths only, which the other program renders as it is, set up so that nothing
+//! but the scene decides the picture: no clamping, denoising, adaptive sampling or tone curve, equal bounce limits.
+//! What the other program cannot express is approximated or dropped, and every such case is a [`Note`]: printed, and
+//! kept in `NOTES.md` in the folder.
+//!
+//! | target | files | units and axes |
+//! |---|---|---|
+//! | [`blender`] | `scene.py`, `scene.json`, NumPy arrays, textures | +Z up; W instead of W/sr for lamps |
+//! | [`povray`] | `scene.pov`, `scene.ini`, meshes, textures | left-handed; lights as irradiance over π |
+//! | [`mitsuba`] | `scene.xml`, PLY meshes, textures | as here |
+
+mod bitmap;
+mod blender;
+mod folder;
+mod mitsuba;
+mod names;
+mod note;
+mod povray;
+
+use std::path::Path;
+
+pub use note::{Kind, Note};
+
+use crate::{output, render, world::World};
+use folder::Folder;
+use note::Notes;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Target {
+    Blender,
+    Povray,
+    Mitsuba,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Nothing is written where anything had to be approximated or dropped.
+    pub strict: bool,
+    /// The Blender script also saves `scene.blend` when it runs.
+    pub save_blend: bool,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub struct Export {
+    /// How to render it, from inside the folder, to `scene.exr` there.
+    pub command: &'static str,
+    pub notes: Vec<Note>,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("cannot create the folder {folder}: {problem}")]
+    Folder { folder: String, problem: String },
+    /// Refused by [`Options::strict`].
+    #[error("the scene cannot be expressed exactly")]
+    Inexact(Vec<Note>),
+    #[error("cannot encode {file}: {problem}")]
+    Encoding { file: String, problem: String },
+    #[error(transparent)]
+    Output(#[from] output::Error),
+}
+
+/// Writes `world` into `folder`, which is made where it does not exist; files of the same names are replaced.
+pub fn export(
+    world: &World,
+    settings: &render::Settings,
+    target: Target,
+    folder: &Path,
+    options: Options,
+) -> Result<Export, Error> {
+    let mut out = Folder::stage(folder)?;
+    let mut notes = Notes::default();
+    let command = match target {
+        Target::Blender => blender::write(world, settings, options, &mut out, &mut notes),
+        Target::Povray => povray::write(world, settings, &mut out, &mut notes),
+        Target::Mitsuba => mitsuba::write(world, settings, &mut out, &mut notes),
+    }?;
+    let notes = notes.finish();
+    if options.strict && !notes.is_empty() {
+        return Err(Error::Inexact(notes));
+    }
+    out.write("NOTES.md", note::page(target.name(), command, &notes).as_bytes())?;
+    out.publish()?;
+    Ok(Export { command, notes })
+}
+
+impl Target {
+    pub const ALL: [Self; 3] = [Self::Blender, Self::Povray, Self::Mitsuba];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Blender => "Blender Cycles",
+            Self::Povray => "POV-Ray",
+            Self::Mitsuba => "Mitsuba 3",
+        }
+    }
+}
