@@ -20,6 +20,7 @@
 //! | [`integrator`] | a `Scene` and one pixel sample in, radiance out |
 //! | [`film`], [`render`] | sums per pixel; passes, tiles, threads, limits |
 //! | [`color`], [`output`] | view transforms; PNG, EXR, HDR, statistics |
+//! | [`compare`] | pictures against pictures: error metrics, FLIP, tests, an HTML report |
 //! | [`input`], [`diagnostic`] | reading what users name; what is wrong with it, where, and what to do about it |
 //!
 //! Conventions: right-handed, +Y up, metres, radians inside (degrees in files), linear Rec.709 radiance in
@@ -30,6 +31,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod cli;
 pub mod color;
+pub mod compare;
 pub mod compile;
 pub mod diagnostic;
 pub mod film;
