@@ -48,4 +48,5 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod texture;
+pub mod validate;
 pub mod world;
