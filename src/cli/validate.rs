@@ -10,7 +10,7 @@ use super::{
     export::Name,
     flags::Basics,
     job::{self, Job},
-    progress::duration,
+    progress::{Waiting, duration},
     terminal::{has_color, say},
 };
 use crate::{
@@ -100,9 +100,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         };
         for peer in &peers {
-            take(peer.target.name(), validate::peer_shot(&subject, peer));
+            let waiting = Waiting::start(&name, &peer.version, args.quiet);
+            let shot = validate::peer_shot(&subject, peer);
+            drop(waiting);
+            take(peer.target.name(), shot);
         }
-        take("rayo", validate::own_shot(world, &render));
+        let waiting = Waiting::start(&name, "rayo", args.quiet);
+        let shot = validate::own_shot(world, &render);
+        drop(waiting);
+        take("rayo", shot);
         // This program first.
         shots.sort_by_key(|shot| shot.target);
         if let Some(folder) = &args.keep {

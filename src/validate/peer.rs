@@ -224,11 +224,12 @@ fn mitsuba_command(command: &Path, llvm: Option<&Path>) -> Command {
     mitsuba
 }
 
-/// Tries it: a picture of a single pixel.
+/// Tries it: a picture of four pixels.
 fn renders_with_llvm(command: &Path, llvm: Option<&Path>) -> bool {
     let Ok(folder) = tempfile::tempdir() else { return false };
-    let scene = r#"<scene version="3.0.0"><emitter type="constant"/><sensor type="perspective">
-        <film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/></film></sensor></scene>"#;
+    let scene = r#"<scene version="3.0.0"><integrator type="direct"/><emitter type="constant"/><shape type="sphere"/>
+        <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="2"/><integer name="height" value="2"/>
+        </film></sensor></scene>"#;
     let (file, picture) = (folder.path().join("probe.xml"), folder.path().join("probe.exr"));
     if fs::write(&file, scene).is_err() {
         return false;
