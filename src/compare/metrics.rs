@@ -100,6 +100,10 @@ pub struct Block {
 }
 
 impl Block {
+    pub fn whole(width: usize, height: usize) -> Self {
+        Self { x: 0, y: 0, width, height, stride: width }
+    }
+
     pub fn area(&self) -> usize {
         self.width * self.height
     }

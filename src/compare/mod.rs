@@ -13,6 +13,7 @@
 pub mod flip;
 pub mod load;
 pub mod metrics;
+pub mod welch;
 
 mod exr;
 
@@ -21,6 +22,7 @@ use serde::Serialize;
 use crate::color::Picture;
 pub use load::{Loaded, align, load};
 pub use metrics::Metrics;
+pub use welch::Welch;
 
 /// Two pictures that cannot be laid over each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -21,7 +21,7 @@ const RGB: [[f32; 3]; 3] = [
 
 /// XYZ of white, the row sums of [`XYZ`], and its inverse.
 const WHITE: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_4];
-const INVERSE_WHITE: [f32; 3] = [1.052_156_9, 1.0, 0.918_357_67];
+const INVERSE_WHITE: [f32; 3] = [1.052_156_9, 1.0, 0.918_357_7];
 
 /// Exponent on the distance of colours.
 const COLOR_EXPONENT: f32 = 0.7;

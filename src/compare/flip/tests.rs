@@ -87,7 +87,7 @@ fn equals_the_authors_program() {
         for (kind, ours, their_mean, theirs) in maps {
             let name = format!("{kind} of {}", case.name);
             assert!(
-                (mean(&ours) - their_mean).abs() < TOLERANCE,
+                (mean(&ours) - their_mean).abs() < MEAN_TOLERANCE,
                 "{name}: mean {} for {their_mean}",
                 mean(&ours)
             );
