@@ -158,7 +158,7 @@ fn leave_behind(name: &str, peer: &str, picture: &Picture) -> String {
             origin: [0; 2],
         };
         let settings = output::Settings { file: file.clone(), depth: Depth::High, ..Default::default() };
-        let encoded = output::encode(picture, &settings, &facts).expect("encoded");
+        let encoded = output::encode(picture, None, &settings, &facts).expect("encoded");
         output::write_file(&file, &encoded.bytes).expect("written");
     }
     folder.join(name).display().to_string()

@@ -61,6 +61,10 @@ pub struct Overrides {
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f32>,
 
+    /// Write the estimated variance of each pixel beside it (EXR only), for `rayo compare`
+    #[arg(long)]
+    variance: bool,
+
     /// Curve from light to the numbers of a PNG
     #[arg(long, value_enum)]
     view: Option<ViewName>,
@@ -92,6 +96,7 @@ impl Overrides {
         set(&mut render.noise, self.noise);
         render.time = self.time.or(render.time);
         render.threads = self.threads.or(render.threads);
+        output.variance |= self.variance;
         set(&mut output.exposure, self.exposure);
         let view = self.view.map(|view| match view {
             ViewName::Srgb => View::Srgb,

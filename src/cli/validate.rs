@@ -10,10 +10,12 @@ use super::{
     export::Name,
     flags::Basics,
     job::{self, Job},
+    print,
     progress::{Waiting, duration},
     terminal::{has_color, say},
 };
 use crate::{
+    compare::report::{self, Entry, Group, Pairs, Report},
     diagnostic,
     export::Target,
     output,
@@ -70,6 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut names = Vec::new();
     let (mut results, mut faults) = (Results { scenes: Vec::new() }, 0);
+    let (mut groups, mut pairs) = (Vec::new(), Vec::new());
     for file in &args.files {
         let name = unique_name(file, &mut names);
         let Job { mut render, world, .. } = job::load(file, |render, _| {
@@ -114,11 +117,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(folder) = &args.keep {
             keep(folder, &name, &shots, &render)?;
         }
-        results.scenes.push(SceneResults::measure(&name, render.size, &shots).map_err(failed)?);
+        let group = group(&name, file, &shots);
+        let measured = report::measure(&group).map_err(failed)?;
+        results.scenes.push(SceneResults::new(&name, render.size, &shots, &measured));
+        groups.push(group);
+        pairs.push(measured);
     }
+    let report = Report {
+        title: "Agreement between renderers".into(),
+        notes: vec![
+            "Every renderer has the same number of samples and a box filter of one pixel. Noise is half of what two \
+             pictures of half the samples differ by: the root of the relMSE that the picture owes to it."
+                .into(),
+        ],
+        groups,
+    };
+    let page = report::page(&report, &pairs);
+    output::write_file(&args.output.join("index.html"), page.as_bytes()).map_err(failed)?;
     let json = serde_json::to_string_pretty(&results).map_err(failed)?;
     output::write_file(&args.output.join("results.json"), json.as_bytes()).map_err(failed)?;
-    print!("{}", results.table());
+    print(&results.table())?;
+    if !args.quiet {
+        say(format!("wrote {}", args.output.join("index.html").display()));
+    }
     match faults {
         0 => Ok(()),
         n => {
@@ -165,6 +186,28 @@ fn unique_name(file: &Path, taken: &mut Vec<String>) -> String {
     }
     taken.push(name.clone());
     name
+}
+
+/// A scene's part of the report.
+fn group(name: &str, file: &Path, shots: &[Shot]) -> Group {
+    let entry = |shot: &Shot| {
+        let mut details = vec![
+            ("Samples".into(), format!("{} per pixel", shot.samples)),
+            ("Time".into(), duration(shot.seconds)),
+            ("Noise".into(), shot.noise.map_or("none".into(), |noise| format!("{:.2} %", 100.0 * noise))),
+        ];
+        details.extend(shot.complaints.iter().map(|line| ("It said".into(), line.clone())));
+        Entry::new(&shot.program, details, shot.picture.clone())
+    };
+    let notes =
+        shots.iter().flat_map(|shot| shot.notes.iter().map(|note| format!("{}: {note}", shot.program)));
+    Group {
+        name: name.to_owned(),
+        description: file.display().to_string(),
+        notes: notes.collect(),
+        pictures: shots.iter().map(entry).collect(),
+        pairs: Pairs::All,
+    }
 }
 
 fn failed(error: impl std::fmt::Display) -> Failure {

@@ -13,6 +13,7 @@
 pub mod flip;
 pub mod load;
 pub mod metrics;
+pub mod report;
 pub mod welch;
 
 mod exr;

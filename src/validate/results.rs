@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::Shot;
-use crate::compare::{self, Numbers, SizeMismatch};
+use crate::compare::{Numbers, report};
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
@@ -42,15 +42,8 @@ pub struct Pair {
 }
 
 impl SceneResults {
-    /// Measures every pair of pictures: this program's against each peer's, and the peers' among themselves.
-    pub fn measure(name: &str, size: [u32; 2], shots: &[Shot]) -> Result<Self, SizeMismatch> {
-        let mut pairs = Vec::new();
-        for (i, image) in shots.iter().enumerate() {
-            for reference in &shots[i + 1..] {
-                let numbers = compare::compare(&reference.picture, &image.picture)?.numbers;
-                pairs.push(Pair { reference: reference.key(), image: image.key(), numbers });
-            }
-        }
+    /// What was measured between pictures of `shots`, this program's and the peers', each pair once.
+    pub fn new(name: &str, size: [u32; 2], shots: &[Shot], pairs: &[report::Pair]) -> Self {
         let pictures = shots.iter().map(|shot| PictureResults {
             renderer: shot.key(),
             program: shot.program.clone(),
@@ -60,7 +53,13 @@ impl SceneResults {
             notes: shot.notes.iter().map(ToString::to_string).collect(),
             complaints: shot.complaints.clone(),
         });
-        Ok(Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs })
+        // The later renderer is the reference: this program comes first.
+        let once = pairs.iter().filter(|pair| pair.image < pair.reference);
+        let pairs = once.filter_map(|pair| {
+            let [reference, image] = [shots.get(pair.reference)?, shots.get(pair.image)?].map(Shot::key);
+            Some(Pair { reference, image, numbers: pair.comparison.numbers })
+        });
+        Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs: pairs.collect() }
     }
 
     /// The rows of this scene in the table: a pair each.
