@@ -19,7 +19,7 @@ use crate::bsdf::{
 
 /// Perceptual roughness from which the tint is nearer than Mitsuba's `principled`, whose curve is Schlick's but which scatters
 /// once.
-pub const SCALED_FROM: f32 = 0.5;
+pub const SCALED_FROM: f32 = 0.35;
 
 const COLORS: usize = 17;
 const SAMPLES: u32 = 1 << 13;
