@@ -144,7 +144,7 @@ fn exposure(text: &str) -> Result<f32, &'static str> {
     stops.ok_or("write a number of stops from -64 to 64, such as 1.5 or -1")
 }
 
-fn threads(text: &str) -> Result<usize, String> {
+pub fn threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
     threads.ok_or_else(|| format!("write a number from 1 to {MAX_THREADS}"))
 }

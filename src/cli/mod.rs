@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod schema;
 mod terminal;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -36,6 +37,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Export(export::Args),
+    Validate(validate::Args),
     Schema(schema::Args),
 }
 
@@ -65,6 +67,7 @@ pub fn main() -> ExitCode {
         let result = match cli.command {
             Command::Render(args) => render::run(&args),
             Command::Export(args) => export::run(&args),
+            Command::Validate(args) => validate::run(&args),
             Command::Schema(args) => schema::run(&args),
         };
         match result {

@@ -36,7 +36,7 @@ pub fn baked(image: &Image, space: ColorSpace, shade: impl Fn(Vec4) -> Vec3 + Sy
 }
 
 /// Linear RGBA of texel `i`, counted row by row. Alpha has no curve.
-fn linear(image: &Image, space: ColorSpace, i: usize) -> Vec4 {
+pub fn linear(image: &Image, space: ColorSpace, i: usize) -> Vec4 {
     let stored = match &image.texels {
         Texels::Rgba8(texels) => Vec4::from(texels[i].map(f32::from)) / 255.0,
         Texels::Rgba16(texels) => Vec4::from(texels[i].map(f32::from)) / 65535.0,
