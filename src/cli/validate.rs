@@ -21,7 +21,7 @@ use crate::{
     export::Target,
     output,
     render::Settings,
-    validate::{self, Manifest, Peer, Results, SceneResults, Shot, Subject},
+    validate::{self, Manifest, Peer, Results, SceneResults, Shot, Subject, TABLE_HEAD},
 };
 
 /// Render scenes with other renderers too, and report how far the pictures are apart
@@ -124,7 +124,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         let group = group(&name, file, &shots);
         let measured = report::measure(&group).map_err(failed)?;
-        results.scenes.push(SceneResults::new(&name, render.size, &shots, &measured));
+        let scene = SceneResults::new(&name, render.size, &shots, &measured);
+        if results.scenes.is_empty() {
+            print(TABLE_HEAD)?;
+        }
+        print(&scene.rows())?;
+        results.scenes.push(scene);
         groups.push(group);
         pairs.push(measured);
     }
@@ -141,8 +146,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write_file(&args.output.join("index.html"), page.as_bytes()).map_err(failed)?;
     let json = serde_json::to_string_pretty(&results).map_err(failed)?;
     output::write_file(&args.output.join("results.json"), json.as_bytes()).map_err(failed)?;
-    print(&results.table())?;
     if !args.quiet {
+        let inexact = |scene: &SceneResults| scene.pictures.iter().any(|picture| !picture.notes.is_empty());
+        if results.scenes.iter().any(inexact) {
+            say("* something had to be approximated or dropped: see the report");
+        }
         say(format!("wrote {}", args.output.join("index.html").display()));
     }
     match faults {

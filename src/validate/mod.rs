@@ -16,7 +16,7 @@ use std::{
 
 pub use manifest::Manifest;
 pub use peer::{Missing, Peer, Run, Task};
-pub use results::{Pair, PictureResults, Results, SceneResults};
+pub use results::{Pair, PictureResults, Results, SceneResults, TABLE_HEAD};
 
 use crate::{
     color::Picture,

@@ -7,6 +7,10 @@ use serde::Serialize;
 use super::Shot;
 use crate::compare::{Numbers, report};
 
+/// What the columns of [`SceneResults::rows`] are.
+pub const TABLE_HEAD: &str =
+    "scene                image    against     mean   block     p95    FLIP    relMSE\n";
+
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
     pub scenes: Vec<SceneResults>,
@@ -62,8 +66,9 @@ impl SceneResults {
         Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs: pairs.collect() }
     }
 
-    /// The rows of this scene in the table: a pair each.
-    fn rows(&self, table: &mut String) {
+    /// This scene's lines of the table, under [`TABLE_HEAD`]: a pair each. A star: an export had to approximate something.
+    pub fn rows(&self) -> String {
+        let mut table = String::new();
         for pair in &self.pairs {
             let Numbers { metrics: m, ldr_flip, .. } = &pair.numbers;
             let inexact = self
@@ -83,20 +88,6 @@ impl SceneResults {
                 m.rel_mse,
                 if inexact { "  *" } else { "" },
             );
-        }
-    }
-}
-
-impl Results {
-    /// For a terminal. A star: an export had to approximate something.
-    pub fn table(&self) -> String {
-        let mut table = format!(
-            "{:20} {:8} {:8} {:>7} {:>7} {:>7} {:>7} {:>9}\n",
-            "scene", "image", "against", "mean", "block", "p95", "FLIP", "relMSE"
-        );
-        self.scenes.iter().for_each(|scene| scene.rows(&mut table));
-        if table.contains("  *\n") {
-            table.push_str("* something had to be approximated or dropped: see the report\n");
         }
         table
     }
