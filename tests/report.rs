@@ -232,6 +232,8 @@ fn overview_and_other_groups(browser: &Browser) {
     assert_eq!(browser.text(ratio), "mean ratio");
     let changed: Vec<String> = serde_json::from_value(browser.run(worst)).expect("texts");
     assert_ne!(cells, changed);
+    // Columns of one number have no worst one, nor do those whose numbers are equal.
+    assert_eq!(browser.run("return document.querySelectorAll('#overview .worst').length"), 0);
     assert!(
         browser
             .text("return document.querySelector('#group0 .matrix caption').textContent")

@@ -44,15 +44,15 @@ pub struct Args {
     report: Option<PathBuf>,
 
     /// Fail if the mean LDR-FLIP of an image is larger
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = limit)]
     max_flip: Option<f64>,
 
     /// Fail if the mean ratio of an image is further from 1
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = limit)]
     max_mean: Option<f64>,
 
     /// Fail if the median error of the 8 × 8 block means of an image is larger
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = limit)]
     max_block: Option<f64>,
 }
 

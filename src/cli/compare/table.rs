@@ -49,13 +49,15 @@ fn row(image: &ImageResult) -> [String; 8] {
 }
 
 fn verdict(welch: &Welch) -> String {
+    let text = |p: f64| if p < 1e-3 { format!("{p:.1e}") } else { format!("{p:.3}") };
+    let [p, blocks, whole] = [welch.p, welch.blocks_p, welch.whole_p].map(text);
+    let numbers = format!("Welch test: p = {p} (blocks {blocks}, whole {whole})");
     let [x, y] = welch.worst_block;
-    let p = |p: f64| if p < 1e-3 { format!("{p:.1e}") } else { format!("{p:.3}") };
-    let (blocks, whole) = (p(welch.blocks_p), p(welch.whole_p));
-    let numbers = format!("Welch test: p = {blocks} over the blocks, {whole} on the whole");
     if welch.agrees {
         format!("{numbers}; no difference beyond noise at 1 %")
+    } else if welch.blocks_p < welch.whole_p {
+        format!("{numbers}; they differ beyond noise at 1 %, the most in the block at {x}, {y}")
     } else {
-        format!("{numbers}; they differ beyond noise at 1 %, the most at the block at {x}, {y}")
+        format!("{numbers}; they differ beyond noise at 1 %, in the mean of the whole")
     }
 }

@@ -69,10 +69,11 @@ const METRICS = [
   },
 ];
 
-/** The index of the worst of `items`, or −1 where none stands out. */
+/** The index of the worst of `items` (`null` and `undefined` are none), or −1 where none stands out. */
 function worst(items, badness) {
+  if (items.filter((item) => item != null).length < 2) return -1;
   const values = items.map((item) => (item == null ? -Infinity : badness(item)));
   const most = Math.max(...values);
   const among = values.filter((value) => value === most).length;
-  return items.length > 1 && among === 1 ? values.indexOf(most) : -1;
+  return among === 1 ? values.indexOf(most) : -1;
 }
