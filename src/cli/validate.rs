@@ -205,15 +205,16 @@ fn unique_name(file: &Path, taken: &mut Vec<String>) -> String {
 fn group(name: &str, file: &Path, shots: &[Shot]) -> Group {
     let entry = |shot: &Shot| {
         let mut details = vec![
+            ("Program".into(), shot.program.clone()),
             ("Samples".into(), format!("{} per pixel", shot.samples)),
             ("Time".into(), duration(shot.seconds)),
             ("Noise".into(), shot.noise.map_or("none".into(), |noise| format!("{:.2} %", 100.0 * noise))),
         ];
         details.extend(shot.complaints.iter().map(|line| ("It said".into(), line.clone())));
-        Entry::new(&shot.program, details, shot.picture.clone())
+        Entry::new(shot.name(), details, shot.picture.clone())
     };
     let notes =
-        shots.iter().flat_map(|shot| shot.notes.iter().map(|note| format!("{}: {note}", shot.program)));
+        shots.iter().flat_map(|shot| shot.notes.iter().map(|note| format!("{}: {note}", shot.name())));
     Group {
         name: name.to_owned(),
         description: file.display().to_string(),

@@ -64,6 +64,11 @@ impl Shot {
     pub fn key(&self) -> &'static str {
         self.target.map_or("rayo", Target::key)
     }
+
+    /// The renderer, as people call it.
+    pub fn name(&self) -> &'static str {
+        self.target.map_or("rayo", Target::name)
+    }
 }
 
 #[derive(Debug, thiserror::Error)]
