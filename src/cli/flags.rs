@@ -135,7 +135,7 @@ fn crop(text: &str) -> Result<[u32; 4], &'static str> {
     numbers(text, &[',']).ok_or("write left, top, width and height in pixels, such as 100,50,640,360")
 }
 
-fn time(text: &str) -> Result<Duration, &'static str> {
+pub fn time(text: &str) -> Result<Duration, &'static str> {
     parse_duration(text).filter(|time| !time.is_zero()).ok_or("write a time such as 90s, 5m or 1h30m")
 }
 

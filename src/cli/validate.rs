@@ -3,6 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use super::{
@@ -51,6 +52,10 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = super::flags::threads)]
     threads: Option<usize>,
 
+    /// A run of another renderer that takes longer is ended
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = super::flags::time)]
+    limit: Duration,
+
     /// Also keep the other renderers' pictures here, as half-float EXR with a manifest each
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
@@ -87,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = args.output.join(&name);
         fs::create_dir_all(&folder)
             .map_err(|e| failed(format!("{} cannot be made: {e}", folder.display())))?;
-        let subject = Subject { world: &world, settings: &render, folder: &folder };
+        let subject = Subject { world: &world, settings: &render, folder: &folder, limit: args.limit };
         let mut shots = Vec::new();
         let mut take = |who: &str, shot: Result<Shot, validate::Error>| match shot {
             Ok(shot) => {

@@ -197,7 +197,7 @@ class Viewer {
   paintMaps() {
     paintMap(this.difference.canvas, this.differences, DIVERGING, divergingPlace(this.range));
     paintMap(this.flip.canvas, this.errors, SEQUENTIAL, (x) => Math.round(255 * x));
-    const label = (x) => percent(x).replace(".00", "");
+    const label = (x) => `${x > 0 ? "+" : x < 0 ? "−" : ""}${significant(100 * Math.abs(x))} %`;
     this.rangeTicks.replaceChildren(...[-1, -0.5, 0, 0.5, 1].map((x) => el("span", {}, label(x * this.range))));
     if (this.histogramOf === "flip") drawHistogram(this.histogram, this.errors, 0, 1, SEQUENTIAL, (x) => x.toFixed(2));
     else drawHistogram(this.histogram, this.differences, -this.range, this.range, DIVERGING, percent);

@@ -3,7 +3,9 @@
 //! `twosided` lies within `normalmap`, so that the back of a surface has the mapped normal turned round; `mask` lies outside,
 //! since nothing that lets light through fits into the others.
 
-use super::{Exporter, metal, xml::Node};
+use glam::Vec3;
+
+use super::{Exporter, energy, xml::Node};
 use crate::{
     export::{Error, fuzz},
     world::{
@@ -80,7 +82,7 @@ impl Exporter<'_> {
             }
             Surface::Pbr(pbr) => self.pbr(material, variant, pbr)?,
             Surface::Unlit { .. } | Surface::Black => {
-                Node::plugin("bsdf", "diffuse").child(Node::rgb("reflectance", glam::Vec3::ZERO))
+                Node::plugin("bsdf", "diffuse").child(Node::rgb("reflectance", Vec3::ZERO))
             }
         })
     }
@@ -114,9 +116,9 @@ impl Exporter<'_> {
         } else {
             self.note_masking(material);
         }
-        let painted = variant.colored && color.texture.is_none();
+        let painted = self.is_painted(variant, color);
         match constant {
-            Some(roughness) if !painted && (!schlick || roughness >= metal::SCALED_FROM) => {
+            Some(roughness) if !painted && (!schlick || roughness >= energy::SCALED_FROM) => {
                 let alpha = roughness * roughness;
                 if multiscatter || schlick {
                     self.notes.approximated(
@@ -127,13 +129,22 @@ impl Exporter<'_> {
                          angles",
                     );
                 }
-                let scale = metal::Scale::new(alpha, schlick, multiscatter);
+                let metal = energy::Metal::new(alpha, schlick, multiscatter);
                 let key = format!("metal {alpha} {schlick} {multiscatter}");
-                Ok(Node::plugin("bsdf", "roughconductor")
+                let facets = Node::plugin("bsdf", "roughconductor")
                     .string("material", "none")
                     .string("distribution", "ggx")
                     .float("alpha", alpha)
-                    .child(self.shaded("specular_reflectance", color, &key, |c| scale.of(c))?))
+                    .child(self.shaded("specular_reflectance", color, &key, |c| metal.facets(c))?);
+                if metal.weight == 0.0 {
+                    return Ok(facets);
+                }
+                let key = format!("further {key}");
+                let further = self.shaded("reflectance", color, &key, |c| metal.further(c))?;
+                Ok(Node::plugin("bsdf", "blendbsdf")
+                    .float("weight", metal.weight)
+                    .child(facets)
+                    .child(Node::plugin("bsdf", "diffuse").child(further)))
             }
             _ if !schlick => {
                 if multiscatter {
@@ -233,10 +244,25 @@ impl Exporter<'_> {
         );
         let kind = if alpha < SMOOTH { "plastic" } else { "roughplastic" };
         let mut node = Node::plugin("bsdf", kind).float("int_ior", ior).float("ext_ior", 1.0);
-        if alpha >= SMOOTH {
-            node = node.string("distribution", "ggx").float("alpha", alpha);
+        if alpha < SMOOTH {
+            return Ok(node.child(self.tint("diffuse_reflectance", material, variant, &pbr.base_color)?));
         }
-        Ok(node.child(self.tint("diffuse_reflectance", material, variant, &pbr.base_color)?))
+        let factors = energy::Plastic::new(alpha, ior, pbr.multiscatter);
+        node = node.string("distribution", "ggx").float("alpha", alpha);
+        node = node.child(Node::unbounded("specular_reflectance", Vec3::splat(factors.specular)));
+        let base = match self.is_painted(variant, &pbr.base_color) {
+            true => self.tint("diffuse_reflectance", material, variant, &pbr.base_color)?,
+            false => {
+                let key = format!("base {}", factors.diffuse);
+                self.shaded("diffuse_reflectance", &pbr.base_color, &key, |c| factors.diffuse * c)?
+            }
+        };
+        Ok(node.child(base))
+    }
+
+    /// Whether vertex colours are all the colour there is.
+    fn is_painted(&self, variant: Variant, color: &ColorInput) -> bool {
+        variant.colored && color.texture.is_none()
     }
 
     /// Where roughness varies, which Mitsuba's plastics cannot.
@@ -321,7 +347,7 @@ impl Exporter<'_> {
         if !variant.colored {
             return self.reflectance(name, color);
         }
-        if color.texture.is_none() {
+        if self.is_painted(variant, color) {
             return Ok(painted(name, "vertex_color"));
         }
         self.notes.approximated(

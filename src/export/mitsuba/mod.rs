@@ -13,9 +13,9 @@
 
 mod bounds;
 mod camera;
+mod energy;
 mod light;
 mod material;
-mod metal;
 mod ply;
 mod shape;
 mod texture;
