@@ -4,11 +4,10 @@ use glam::Vec3;
 
 use super::{
     document::{self, Alpha, Color, Emission, NormalMap, Surface, Value},
-    lobe,
     textures::{Channels, Textures},
 };
 use crate::{
-    export::{Error, note::Notes},
+    export::{Error, fuzz, note::Notes},
     world::{self, ColorInput, Fresnel, MaterialId, MetalFinish, Model, ScalarInput, Texels, TextureRef},
 };
 
@@ -147,15 +146,16 @@ impl Conversion<'_, '_> {
         Ok(match &material.surface {
             world::Surface::Diffuse { color } => Surface::Diffuse { color: self.reflectance(color)? },
             world::Surface::Metal { color, finish: MetalFinish::Fuzz(fuzz) } => {
+                let alpha = fuzz::beckmann_alpha(*fuzz);
                 if *fuzz > 0.0 {
                     self.note(
-                        "fuzz f is the roughness √α of Beckmann facets with the same mean cosine between reflected and mirror \
-                         direction, 1 − f²/5: ∫ e⁻ᵗ α²t / (1 + α²t) dt = f²/10, about α = f/√10",
+                        "fuzz f as Beckmann facets of α = 0.35 f, roughness √α: the width that shares most of its light \
+                         with the ball",
                     );
                 }
                 Surface::Glossy {
                     color: self.reflectance(color)?,
-                    roughness: constant(lobe::roughness(*fuzz)),
+                    roughness: constant(alpha.sqrt()),
                     distribution: "BECKMANN",
                 }
             }

@@ -235,8 +235,9 @@ def sheared(scene):
 
 
 def faithful_shadows(thing):
-    """Shadow rays begin where the surface is."""
-    thing.cycles.shadow_terminator_offset = thing.cycles.shadow_terminator_geometry_offset = 0
+    """Shadow rays begin where the surface is. The properties moved from Cycles to the object itself."""
+    set_where_known(thing.cycles, shadow_terminator_offset=0, shadow_terminator_geometry_offset=0)
+    set_where_known(thing, shadow_terminator_shading_offset=0, shadow_terminator_geometry_offset=0)
 
 
 def add_spheres(scene, specs, arrays, materials):
@@ -365,7 +366,7 @@ def build_material(spec, images):
     if material.node_tree is None:
         material.use_nodes = True
     material.cycles.emission_sampling = spec["emission_sampling"]
-    set_where_known(material.cycles, use_bump_map_correction=False)
+    set_where_known(material.cycles, use_bump_map_correction=True)
     graph = Graph(material.node_tree)
     inputs = Inputs(graph, spec, images)
     shader = SURFACES[spec["surface"]["type"]](graph, inputs, spec["surface"])

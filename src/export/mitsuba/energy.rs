@@ -21,6 +21,10 @@ use crate::bsdf::{
 /// once.
 pub const SCALED_FROM: f32 = 0.35;
 
+/// Perceptual roughness from which a plain base under the layer is nearer than that of `roughplastic`, which dims by the light
+/// that one scattering lets through.
+pub const PLAIN_BASE_FROM: f32 = 0.3;
+
 const COLORS: usize = 17;
 const SAMPLES: u32 = 1 << 13;
 
@@ -76,6 +80,8 @@ fn white(alpha: f32) -> f32 {
 pub struct Plastic {
     pub specular: f32,
     pub diffuse: f32,
+    /// What the layer leaves for a base that is not part of the plastic: 1 − Ē.
+    pub rest: f32,
 }
 
 impl Plastic {
@@ -89,7 +95,8 @@ impl Plastic {
         let transmitted = part(1.0, Kind::Transmission);
         let internal = part(-1.0, Kind::Glossy);
         let diffuse = transmitted * transmitted / (ior * ior * (1.0 - internal));
-        Self { specular: reflected / part(1.0, Kind::Glossy), diffuse: (1.0 - reflected) / diffuse }
+        let rest = 1.0 - reflected;
+        Self { specular: reflected / part(1.0, Kind::Glossy), diffuse: rest / diffuse, rest }
     }
 }
 

@@ -20,6 +20,9 @@ const MIN_FUZZ: f32 = 1e-4;
 /// Where α |ior − 1| is less, a rough boundary is smooth.
 const MIN_SPREAD: f32 = 1e-4;
 
+/// How often the base of a plastic is picked, rather than its layer.
+const BASE_SHARE: f32 = 0.7;
+
 /// What of a shape its BSDF depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Variant {
@@ -123,10 +126,9 @@ impl Exporter<'_> {
                 if multiscatter || schlick {
                     self.notes.approximated(
                         subject(material),
-                        "light between facets, which Mitsuba leaves out, is given back as a factor of the colour that makes \
-                         the hemispherical albedo equal: E(colour) / E₁, with E₁ that of white facets after one bounce; \
-                         Schlick's curve goes into the same factor, so that colours no longer fade to white at grazing \
-                         angles",
+                        "light between facets, which Mitsuba leaves out, is given back as diffuse of albedo Ē − Ē₁, so that the \
+                         albedo over the hemisphere is ours; of Schlick's curve the mean is taken, so that colours do not \
+                         fade to white at grazing angles",
                     );
                 }
                 let metal = energy::Metal::new(alpha, schlick, multiscatter);
@@ -239,8 +241,9 @@ impl Exporter<'_> {
         }
         self.notes.approximated(
             subject(material),
-            "the base under the layer is base (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē)) with E the albedo of the layer, where \
-             rayo has base (1 − E(wo)) / π: the same albedo, other angles of light; the layer's facets scatter once only",
+            "the base under the layer, here base (1 − E(wo)) / π with E the layer's albedo, is base (1 − Ē) / π (below roughness \
+             0.3: base T(wo) T(wi) / (π T̄), with T what one scattering lets through), Ē and T̄ being means over the hemisphere; \
+             the layer's facets scatter once, scaled to the same Ē",
         );
         let kind = if alpha < SMOOTH { "plastic" } else { "roughplastic" };
         let mut node = Node::plugin("bsdf", kind).float("int_ior", ior).float("ext_ior", 1.0);
@@ -249,15 +252,45 @@ impl Exporter<'_> {
         }
         let factors = energy::Plastic::new(alpha, ior, pbr.multiscatter);
         node = node.string("distribution", "ggx").float("alpha", alpha);
-        node = node.child(Node::unbounded("specular_reflectance", Vec3::splat(factors.specular)));
-        let base = match self.is_painted(variant, &pbr.base_color) {
-            true => self.tint("diffuse_reflectance", material, variant, &pbr.base_color)?,
-            false => {
-                let key = format!("base {}", factors.diffuse);
-                self.shaded("diffuse_reflectance", &pbr.base_color, &key, |c| factors.diffuse * c)?
-            }
-        };
-        Ok(node.child(base))
+        let color = &pbr.base_color;
+        if alpha < energy::PLAIN_BASE_FROM.powi(2) {
+            let base = self.scaled("diffuse_reflectance", material, variant, color, factors.diffuse)?;
+            return Ok(node
+                .child(Node::unbounded("specular_reflectance", Vec3::splat(factors.specular)))
+                .child(base));
+        }
+        let specular = Vec3::splat(factors.specular / (1.0 - BASE_SHARE));
+        let layer = node
+            .child(Node::unbounded("specular_reflectance", specular))
+            .child(Node::rgb("diffuse_reflectance", Vec3::ZERO));
+        let base = self.scaled("reflectance", material, variant, color, factors.rest / BASE_SHARE)?;
+        let base = Node::plugin("bsdf", "diffuse").child(base);
+        Ok(Node::plugin("bsdf", "blendbsdf").float("weight", BASE_SHARE).child(layer).child(base))
+    }
+
+    /// A colour of the surface times a number.
+    fn scaled(
+        &mut self,
+        name: &str,
+        material: &Material,
+        variant: Variant,
+        color: &ColorInput,
+        scale: f32,
+    ) -> Result<Node, Error> {
+        if self.is_painted(variant, color) {
+            return Ok(painted(name, "vertex_color").float("scale", scale));
+        }
+        if variant.colored {
+            self.note_unpainted(material);
+        }
+        self.shaded(name, color, &format!("times {scale}"), |c| scale * c)
+    }
+
+    fn note_unpainted(&mut self, material: &Material) {
+        self.notes.approximated(
+            subject(material),
+            "vertex colours are left out where there is a texture: Mitsuba cannot multiply them",
+        );
     }
 
     /// Whether vertex colours are all the colour there is.
@@ -350,10 +383,7 @@ impl Exporter<'_> {
         if self.is_painted(variant, color) {
             return Ok(painted(name, "vertex_color"));
         }
-        self.notes.approximated(
-            subject(material),
-            "vertex colours are left out where there is a texture: Mitsuba cannot multiply them",
-        );
+        self.note_unpainted(material);
         self.reflectance(name, color)
     }
 

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     export::Error,
-    world::{Emission, Instance, Material, MaterialId, Mesh, Quad, Sphere, Surface, TextureRef},
+    world::{Alpha, Emission, Instance, Material, MaterialId, Mesh, Quad, Sphere, Surface, TextureRef},
 };
 
 /// How far below the front the back of a two-sided emitter lies, relative to its size.
@@ -74,6 +74,32 @@ impl<'a> Exporter<'a> {
 
     fn sphere(&mut self, sphere: &Sphere) -> Result<(), Error> {
         let Sphere { center, radius, material } = *sphere;
+        let dressed = self.material(material);
+        if let Some(light) = emission(dressed)
+            && let Some(texture) = &light.color.texture
+        {
+            let subject = material::subject(dressed);
+            if matches!(dressed.surface, Surface::Black | Surface::Unlit { .. })
+                && dressed.alpha == Alpha::Opaque
+            {
+                self.notes.approximated(
+                    subject,
+                    "the texture of a shining sphere is resampled with its poles on Z, at twice the resolution: Mitsuba \
+                     lights wrongly by textured spheres that are turned",
+                );
+                let radiance = self.polar_radiance("radiance", &light, texture)?;
+                let bsdf = Node::reference(&self.bsdf(material, PLAIN)?);
+                self.nodes.push(
+                    Node::plugin("shape", "sphere")
+                        .child(Node::xyz("point", "center", center))
+                        .float("radius", radius)
+                        .child(bsdf)
+                        .child(Node::plugin("emitter", "area").child(radiance)),
+                );
+                return Ok(());
+            }
+            self.notes.approximated(subject, "Mitsuba lights wrongly by textured spheres that are turned");
+        }
         let shape = |radius: f32| {
             // its X is −X, its Y +Z, its Z +Y
             let axes = Mat3A::from_cols(-radius * Vec3A::X, radius * Vec3A::Z, radius * Vec3A::Y);
@@ -346,7 +372,7 @@ pub fn textures(material: &Material) -> Vec<TextureRef> {
     }
     all.extend(material.normal.map(|map| map.texture));
     all.extend(material.emission.and_then(|e| e.color.texture));
-    if material.alpha != crate::world::Alpha::Opaque {
+    if material.alpha != Alpha::Opaque {
         all.extend(material.coverage.texture.map(|(t, _)| t));
     }
     all

@@ -3,19 +3,26 @@
 //! Mitsuba decodes sRGB before it filters, has v = 0 at the top row, and clamps nothing: as here. A baked bitmap is a float
 //! EXR marked `raw`, and holds factor × texel.
 
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use std::f32::consts::{PI, TAU};
+
+use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
 
 use super::{Exporter, xml::Node};
 use crate::{
     export::{Error, bitmap},
     texture::Textures,
-    world::{ColorInput, ColorSpace, Filter, Image, ScalarInput, Texels, Texture, TextureRef, Wrap},
+    world::{
+        ColorInput, ColorSpace, Emission, Filter, Image, ImageId, ScalarInput, Texels, Texture, TextureId,
+        TextureRef, Wrap,
+    },
 };
 
 /// Cut-outs are found this many times finer than their texels, along each axis.
 const CUT_OUT: u32 = 4;
 /// Texels along a side of a cut-out, where its image is not larger.
 const CUT_OUT_SIDE: u32 = 8192;
+/// Textures of shining spheres are turned into bitmaps this many times as fine.
+const POLAR: u32 = 2;
 
 impl<'a> Exporter<'a> {
     /// A reflectance, each channel from 0 to 1.
@@ -59,6 +66,27 @@ impl<'a> Exporter<'a> {
                 self.baked(name, t, &key, |texel| (factor * texel.truncate()).max(Vec3::ZERO))
             }
         }
+    }
+
+    /// The radiance of a sphere that is not turned: Mitsuba has the poles of its UV on Z, and lights wrongly by textured spheres
+    /// that are.
+    pub fn polar_radiance(&mut self, name: &str, emission: &Emission, t: &TextureRef) -> Result<Node, Error> {
+        let factor = emission.strength * emission.color.factor;
+        let texture = self.texture(t);
+        let image = self.image(&texture);
+        let ours = |uv: Vec2| {
+            let ((sin_phi, cos_phi), (sin, cos)) = ((TAU * uv.x).sin_cos(), (PI * uv.y).sin_cos());
+            let n = Vec3::new(sin * cos_phi, sin * sin_phi, cos);
+            Vec2::new(0.5 - n.z.atan2(n.x) / TAU, n.y.clamp(-1.0, 1.0).acos() / PI)
+        };
+        let shade = |texel: Vec4| (factor * texel.truncate()).max(Vec3::ZERO).to_array();
+        let texels = seen(image, &texture, t.transform, POLAR, ours, shade);
+        let (width, height) = (image.width * POLAR, image.height * POLAR);
+        let polar = Image { name: image.name.clone(), width, height, texels: Texels::RgbF32(texels) };
+        let key = format!("polar {:?} {t:?}", factor.to_array());
+        let file = self.bitmap_file(t, &key, || bitmap::as_stored(&polar))?;
+        let whole = TextureRef { transform: Affine2::IDENTITY, ..*t };
+        Ok(self.bitmap_node(name, &whole, &file, true))
     }
 
     /// A number from 0 to 1, then through `map`; `key` tells one `map` from another.
@@ -233,16 +261,25 @@ fn filter(node: Node, filter: Filter) -> Node {
 
 /// The image as its texture is seen at the middles of texels `finer` times smaller.
 fn resampled(image: &Image, texture: &Texture, finer: u32, shade: impl Fn(Vec4) -> f32) -> Vec<[f32; 3]> {
-    let (width, height) = (image.width * finer, image.height * finer);
-    let alone = Texture { image: crate::world::ImageId(0), ..*texture };
+    seen(image, texture, Affine2::IDENTITY, finer, |uv| uv, |texel| [shade(texel); 3])
+}
+
+/// What a texture shows at `uv` of each of the texels of a bitmap `finer` times as fine.
+fn seen(
+    image: &Image,
+    texture: &Texture,
+    transform: Affine2,
+    finer: u32,
+    uv: impl Fn(Vec2) -> Vec2,
+    shade: impl Fn(Vec4) -> [f32; 3],
+) -> Vec<[f32; 3]> {
+    let size = UVec2::new(image.width, image.height) * finer;
+    let alone = Texture { image: ImageId(0), ..*texture };
     let textures = Textures::new(vec![image.clone()], vec![alone]);
-    let whole = TextureRef { texture: crate::world::TextureId(0), uv_set: 0, transform: Affine2::IDENTITY };
-    let mut texels = Vec::with_capacity(width as usize * height as usize);
-    for y in 0..height {
-        for x in 0..width {
-            let uv = Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-            texels.push([shade(textures.lookup(&whole, &[uv; 2])); 3]);
-        }
-    }
-    texels
+    let whole = TextureRef { texture: TextureId(0), uv_set: 0, transform };
+    let at = |x: u32, y: u32| {
+        let middle = (Vec2::new(x as f32, y as f32) + 0.5) / size.as_vec2();
+        shade(textures.lookup(&whole, &[uv(middle); 2]))
+    };
+    (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect()
 }
