@@ -11,8 +11,8 @@
 //! | alpha | a pattern from clear to covered, with a step for masks | exact |
 //!
 //! A dielectric's tint t multiplies reflection and refraction, but `conserve_energy` leaves t (1 − t F) of what is
-//! refracted. The blend of w parts glass with a filter of t / w and 1 − w parts black mirror of (t − w) / (1 − w), with
-//! w the least component of t, gives t F and t (1 − F), and t at total reflection.
+//! refracted. Grey glass is the blend of t parts clear glass with 1 − t parts black. For colours there is such a blend,
+//! too, but it splits every inner reflection into two rays, without an end.
 
 use std::{collections::HashMap, fmt::Write};
 
@@ -259,11 +259,12 @@ impl Maker<'_, '_> {
             self.approximated("the mean of its texture");
             tint *= self.mean(color.texture.as_ref());
         }
-        glass(tint.clamp(Vec3::ZERO, Vec3::ONE), self.mapping == Mapping::Sphere)
-            .unwrap_or_else(|approximated| {
-                self.approximated("t (1 − t F) of the light is refracted instead of t (1 − F), and total reflection has no tint");
-                approximated
-            })
+        glass(tint.clamp(Vec3::ZERO, Vec3::ONE)).unwrap_or_else(|near| {
+            self.approximated(
+                "t (1 − t F) of the light is refracted instead of t (1 − F), and total reflection has no tint t",
+            );
+            near
+        })
     }
 
     fn pbr(&mut self, pbr: &Pbr, glow: Option<&Term>) -> Result<String, Error> {
@@ -451,28 +452,22 @@ impl Cover {
     }
 }
 
-/// Smooth glass; as an error, what is near to it. Every total reflection would split a ray in two, without an end: only
-/// in a sphere there is none.
-fn glass(tint: Vec3, in_sphere: bool) -> Result<String, String> {
-    let clear = |filter: Vec3, reflection: Vec3| {
+/// Smooth glass; as an error, what is near to it.
+fn glass(tint: Vec3) -> Result<String, String> {
+    let clear = |tint: Vec3| {
         format!(
-            "texture {{ pigment {{ {} filter 1 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} conserve_energy }} }}",
-            rgb(filter),
-            rgb(reflection)
+            "texture {{ pigment {{ {} filter 1 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} conserve_energy \
+             }} }}",
+            rgb(tint),
+            rgb(tint)
         )
     };
-    let w = tint.min_element();
-    if w >= 1.0 {
-        return Ok(clear(Vec3::ONE, Vec3::ONE));
+    let grey = tint.x;
+    if tint != Vec3::splat(grey) {
+        Err(clear(tint))
+    } else if grey >= 1.0 {
+        Ok(clear(tint))
+    } else {
+        Ok(finish::average(&[(grey, clear(Vec3::ONE)), (1.0 - grey, BLACK.into())]))
     }
-    if w < 0.01 || !in_sphere {
-        return Err(clear(tint, tint));
-    }
-    let rest = (tint - w) / (1.0 - w);
-    let mirror = format!(
-        "texture {{ pigment {{ rgb 0 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} }} }}",
-        rgb(rest)
-    );
-    let mirror = if rest.max_element() > 0.0 { mirror } else { BLACK.into() };
-    Ok(finish::average(&[(w, clear(tint / w, Vec3::ONE)), (1.0 - w, mirror)]))
 }
