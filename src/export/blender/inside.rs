@@ -68,3 +68,50 @@ fn emitters(world: &World) -> Vec<Vec3> {
         });
     spheres.chain(quads).chain(lamps).chain(instances).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Affine3A;
+
+    use super::*;
+    use crate::world::{
+        Camera, ColorInput, Environment, EnvironmentKind, Fresnel, Material, Model, Projection, ScalarInput,
+        Sphere,
+    };
+
+    #[test]
+    fn a_lamp_in_a_glass_ball_is_told_of_and_one_beside_it_is_not() {
+        let glass = Surface::Dielectric {
+            ior: 1.5,
+            fresnel: Fresnel::Exact,
+            roughness: ScalarInput::constant(0.0),
+            tint: ColorInput::constant(Vec3::ONE),
+        };
+        let told = |x: f32| {
+            let lamp = Light::Point { position: Vec3::new(x, 0.0, 0.0), intensity: Vec3::ONE };
+            let materials = vec![Material::new("glass", glass.clone())];
+            let world = World {
+                model: Model { materials, lights: vec![lamp], ..Model::default() },
+                spheres: vec![Sphere { center: Vec3::ZERO, radius: 1.0, material: MaterialId(0) }],
+                quads: vec![],
+                environment: Environment {
+                    kind: EnvironmentKind::Color(Vec3::ONE),
+                    strength: 1.0,
+                    rotation: 0.0,
+                    visible: true,
+                },
+                camera: Camera {
+                    name: String::new(),
+                    to_world: Affine3A::from_translation(Vec3::new(0.0, 0.0, 5.0)),
+                    projection: Projection::Perspective { vfov: 1.0 },
+                    aperture: 0.0,
+                    focus: 1.0,
+                },
+            };
+            let mut notes = Notes::default();
+            note(&world, &mut notes);
+            notes.finish().len()
+        };
+        assert_eq!((told(0.9), told(1.1)), (1, 0));
+    }
+}

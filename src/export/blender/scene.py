@@ -366,7 +366,7 @@ def build_material(spec, images):
     if material.node_tree is None:
         material.use_nodes = True
     material.cycles.emission_sampling = spec["emission_sampling"]
-    set_where_known(material.cycles, use_bump_map_correction=True)
+    set_where_known(material.cycles, use_bump_map_correction=spec["bump_correction"])
     graph = Graph(material.node_tree)
     inputs = Inputs(graph, spec, images)
     shader = SURFACES[spec["surface"]["type"]](graph, inputs, spec["surface"])
