@@ -127,7 +127,7 @@ fn bounces(bounces: Bounces, materials: &[&Material], notes: &mut Notes) {
     }
     let is_glass = |m: &&Material| matches!(m.surface, Surface::Dielectric { .. });
     let is_mirror = |m: &&Material| matches!(m.surface, Surface::Metal { .. } | Surface::Pbr(_));
-    let limited = (glossy < total && materials.iter().any(|m| is_mirror(&m) || is_glass(&m)))
+    let limited = (glossy < total && materials.iter().any(|m| is_mirror(m) || is_glass(m)))
         || (transmission < total && materials.iter().any(is_glass));
     if limited {
         notes.approximated("", format!("mirrors and glass have the same limit of bounces, {total} in all"));
