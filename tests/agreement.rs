@@ -231,7 +231,7 @@ fn brighter_albedo(world: &mut World, _: &mut Settings) {
 fn half_pixel(world: &mut World, settings: &mut Settings) {
     let Projection::Perspective { vfov } = world.camera.projection else { panic!("no perspective") };
     let pixel = 2.0 * (0.5 * vfov).tan() / settings.size[1] as f32;
-    world.camera.to_world = world.camera.to_world * Affine3A::from_rotation_y((0.5 * pixel).atan());
+    world.camera.to_world *= Affine3A::from_rotation_y((0.5 * pixel).atan());
 }
 
 fn wrong_gamma(world: &mut World, _: &mut Settings) {
@@ -241,7 +241,7 @@ fn wrong_gamma(world: &mut World, _: &mut Settings) {
 }
 
 fn left_handed(world: &mut World, _: &mut Settings) {
-    world.camera.to_world = world.camera.to_world * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+    world.camera.to_world *= Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
 }
 
 fn denser_glass(world: &mut World, _: &mut Settings) {

@@ -197,7 +197,7 @@ mod tests {
         // Uniform noise of ±s about 1: the variance of one picture is s²/3, that of the mean of two half of it.
         let s = 0.1;
         let noisy = |seed| {
-            let value = |i: u32| 1.0 + s * (2.0 * uniform(i, seed) as f32 - 1.0);
+            let value = |i: u32| 1.0 + s * (2.0 * uniform(i, seed) - 1.0);
             Picture { width: 128, height: 128, pixels: (0..128 * 128).map(|i| [value(i); 3]).collect() }
         };
         let (picture, noise) = blend(noisy(1), noisy(2)).expect("same size");
