@@ -62,7 +62,7 @@ impl<'a> Pictures<'a> {
                 made
             }
         };
-        picture.fit = picture.fit * map.transform;
+        picture.fit *= map.transform;
         Ok(Some(picture))
     }
 
