@@ -21,6 +21,7 @@
 //! | [`film`], [`render`] | sums per pixel; passes, tiles, threads, limits |
 //! | [`export`] | a `World` as input for Blender, POV-Ray and Mitsuba |
 //! | [`color`], [`output`] | view transforms; PNG, EXR, HDR, statistics |
+//! | [`compare`] | pictures against pictures: error metrics, FLIP, tests, an HTML report |
 //! | [`input`], [`diagnostic`] | reading what users name; what is wrong with it, where, and what to do about it |
 //!
 //! Conventions: right-handed, +Y up, metres, radians inside (degrees in files), linear Rec.709 radiance in
@@ -31,6 +32,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod cli;
 pub mod color;
+pub mod compare;
 pub mod compile;
 pub mod diagnostic;
 pub mod export;
@@ -46,4 +48,5 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod texture;
+pub mod validate;
 pub mod world;

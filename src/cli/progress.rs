@@ -128,6 +128,31 @@ fn show_lines(work: &Work, monitor: &Monitor, stopped: &Receiver<()>) {
     }
 }
 
+/// A line that shows that something else is at work, for how long.
+pub struct Waiting(Option<ProgressBar>);
+
+impl Waiting {
+    pub fn start(what: &str, who: &str, quiet: bool) -> Self {
+        let bar = (!quiet && is_watched()).then(|| {
+            let bar = ProgressBar::new_spinner().with_message(format!("{what}: {who}"));
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
+                bar.set_style(style);
+            }
+            bar.enable_steady_tick(REFRESH);
+            bar
+        });
+        Self(bar)
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 /// Seconds as people read them: 4.2 s, 1 m 05 s, 2 h 03 m.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round().clamp(0.0, 1e15) as u64;

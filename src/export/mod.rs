@@ -14,6 +14,8 @@
 mod bitmap;
 mod blender;
 mod folder;
+#[allow(dead_code)] // until each exporter uses its own
+mod fuzz;
 mod mitsuba;
 mod names;
 mod note;
@@ -89,6 +91,15 @@ pub fn export(
 
 impl Target {
     pub const ALL: [Self; 3] = [Self::Blender, Self::Povray, Self::Mitsuba];
+
+    /// As it is called in commands and file names.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Blender => "blender",
+            Self::Povray => "povray",
+            Self::Mitsuba => "mitsuba",
+        }
+    }
 
     pub fn name(self) -> &'static str {
         match self {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Pixels along a side of a picture.
 pub const MAX_SIDE: u32 = 1 << 16;
@@ -18,7 +18,7 @@ pub const MAX_THREADS: usize = 1024;
 
 /// The most scattering events a path may have, in all and by kind. 0 leaves direct light alone: light arriving at
 /// the first surface from emitters, without interreflection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounces {
     pub total: u32,
     pub diffuse: u32,

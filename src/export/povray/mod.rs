@@ -125,10 +125,10 @@ fn bounces(bounces: Bounces, materials: &[&Material], notes: &mut Notes) {
              0 }",
         );
     }
-    let is_glass = |m: &Material| matches!(m.surface, Surface::Dielectric { .. });
-    let is_mirror = |m: &Material| matches!(m.surface, Surface::Metal { .. } | Surface::Pbr(_));
+    let is_glass = |m: &&Material| matches!(m.surface, Surface::Dielectric { .. });
+    let is_mirror = |m: &&Material| matches!(m.surface, Surface::Metal { .. } | Surface::Pbr(_));
     let limited = (glossy < total && materials.iter().any(|m| is_mirror(m) || is_glass(m)))
-        || (transmission < total && materials.iter().any(|m| is_glass(m)));
+        || (transmission < total && materials.iter().any(is_glass));
     if limited {
         notes.approximated("", format!("mirrors and glass have the same limit of bounces, {total} in all"));
     }
