@@ -89,18 +89,18 @@ fn suns_points_and_spots_light_a_floor() {
         near(picture[8][column][0], 0.8 / PI * 10.0 * 2.0 / squared.powf(1.5), 2e-3);
     }
 
-    for (inner, outer) in [(20.0f64, 20.0f64), (10.0, 30.0), (0.0, 40.0)] {
+    for (inner, outer) in [(19.99f64, 20.0f64), (10.0, 30.0), (0.0, 40.0)] {
         let spot = format!(
             "[[light]]\ntype = \"spot\"\nposition = [0, 4, 0]\ndirection = [0, -1, 0]\nintensity = 10\ninner = {inner}\n\
              outer = {outer}\n"
         );
-        let picture = rendered(&floor(&spot, 32, 8.0), true);
+        // A rim too narrow for POV-Ray's single precision is told to be sharp.
+        let picture = rendered(&floor(&spot, 32, 8.0), outer - inner > 1.0);
         for (x, column) in (0..32).map(|i| ((i as f64 + 0.5) * 0.25 - 4.0, i)) {
             let squared: f64 = x * x + 16.0 + 0.125 * 0.125;
             let cos = 4.0 / squared.sqrt();
             let [ci, co] = [inner, outer].map(|a| a.to_radians().cos());
-            let share =
-                if ci > co { ((cos - co) / (ci - co)).clamp(0.0, 1.0) } else { (cos > co) as u8 as f64 };
+            let share = ((cos - co) / (ci - co)).clamp(0.0, 1.0);
             let expected = 0.8 / PI * 10.0 * cos / squared * share * share;
             let value = picture[16][column][0];
             assert!(

@@ -192,7 +192,7 @@ impl Maker<'_, '_> {
         let (constant, roughness) = match finish {
             MetalFinish::Fuzz(fuzz) => {
                 if *fuzz > 0.0 {
-                    self.approximated(format!("a sharp mirror instead of one with fuzz {fuzz}"));
+                    self.approximated("a sharp mirror: its fuzz is left out");
                 }
                 (true, 0.0)
             }
@@ -218,19 +218,19 @@ impl Maker<'_, '_> {
         };
         let mut term = Term::reflection(self.pigment(color, true)?, reflection);
         if roughness > SMOOTH {
-            self.approximated(self.rough_text(roughness));
+            self.approximated(self.rough_text());
             term.highlight = self.highlight(roughness, 1.0, true);
         }
         Ok(term)
     }
 
-    fn rough_text(&self, roughness: f32) -> String {
-        let highlight = if self.looks.highlights {
-            ", and Blinn's highlight of strength F₀ / 4α² and exponent 2/α² − 2 for lights"
+    fn rough_text(&self) -> &'static str {
+        if self.looks.highlights {
+            "a sharp mirror instead of its roughness α = r², and Blinn's highlight of strength F₀ / 4α² and exponent \
+             2/α² − 2 for lights"
         } else {
-            ""
-        };
-        format!("a sharp mirror instead of one of roughness {roughness}{highlight}")
+            "a sharp mirror: its roughness is left out"
+        }
     }
 
     /// What GGX looks like about the mirror direction: D(0) = 1 / πα², and (n·h)ⁿ falls off alike.
@@ -252,7 +252,7 @@ impl Maker<'_, '_> {
         }
         let roughness = self.constant(roughness, "roughness");
         if roughness > SMOOTH {
-            self.approximated(format!("smooth glass instead of roughness {roughness}"));
+            self.approximated("smooth glass: its roughness is left out");
         }
         let mut tint = color.factor * self.tint;
         if color.texture.is_some() {
@@ -278,10 +278,10 @@ impl Maker<'_, '_> {
         let plastic = |this: &mut Self| -> Result<String, Error> {
             let mut term = Term::diffuse(this.pigment(&pbr.base_color, true)?, 1.0 - f0);
             if roughness > SMOOTH {
-                this.approximated(format!(
-                    "diffuse × (1 − F₀) under Blinn's highlight of strength F₀ / 4α² and exponent 2/α² − 2 for lights; \
-                     its reflections of other things (F₀ = {f0:.3}) are left out"
-                ));
+                this.approximated(
+                    "diffuse × (1 − F₀), F₀ = ((ior − 1) / (ior + 1))², under Blinn's highlight of strength F₀ / 4α² and \
+                     exponent 2/α² − 2, α = r², for lights; its reflections of other things are left out",
+                );
                 term.highlight = this.highlight(roughness, f0, false);
             } else {
                 this.approximated("diffuse × (1 − F₀) under a mirror of Schlick's curve");

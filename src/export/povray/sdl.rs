@@ -2,13 +2,13 @@
 
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 
-/// The shortest text that reads back as the same number; 0 where there is no number.
+/// The shortest text that reads back as the same number (−0 as 0); 0 where there is no number.
 pub fn num(x: f32) -> String {
-    if x.is_finite() { format!("{x:?}") } else { "0".into() }
+    if x.is_finite() { format!("{:?}", x + 0.0) } else { "0".into() }
 }
 
 pub fn num64(x: f64) -> String {
-    if x.is_finite() { format!("{x:?}") } else { "0".into() }
+    if x.is_finite() { format!("{:?}", x + 0.0) } else { "0".into() }
 }
 
 pub fn vec3(v: Vec3) -> String {
