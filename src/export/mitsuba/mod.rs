@@ -14,6 +14,7 @@
 mod bounds;
 mod camera;
 mod energy;
+mod fuzz;
 mod light;
 mod material;
 mod ply;

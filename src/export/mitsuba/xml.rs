@@ -156,10 +156,8 @@ mod tests {
                 Event::Empty(e) => {
                     for a in e.attributes() {
                         let a = a.expect("attribute");
-                        if a.key.as_ref() == b"value" {
-                            read = quick_xml::escape::unescape(std::str::from_utf8(&a.value).expect("UTF-8"))
-                                .expect("escapes")
-                                .into_owned();
+                        if a.key.as_ref() == "value" {
+                            read = quick_xml::escape::unescape(&a.value).expect("escapes").into_owned();
                         }
                     }
                 }
