@@ -85,7 +85,7 @@ fn load(name: &str, samples: u32) -> (World, Settings) {
     (world, Settings { samples, ..neutral(&settings) })
 }
 
-fn picture(world: &World, settings: &Settings) -> Film {
+fn picture(world: World, settings: &Settings) -> Film {
     render(&compile(world, settings), settings, &Monitor::default()).expect("rendered").film
 }
 
@@ -103,7 +103,7 @@ fn every_scene_is_within_its_budgets() {
     let mut broken = Vec::new();
     for (name, scene) in scenes() {
         let (world, settings) = load(&name, scene.samples);
-        let film = picture(&world, &settings);
+        let film = picture(world, &settings);
         let picture = Picture::of(&film);
         for peer in PEERS {
             let Some(budget) = scene.budget(peer) else { continue };
@@ -158,7 +158,7 @@ fn leave_behind(name: &str, peer: &str, picture: &Picture) -> String {
             origin: [0; 2],
         };
         let settings = output::Settings { file: file.clone(), depth: Depth::High, ..Default::default() };
-        let encoded = output::encode(picture, &settings, &facts).expect("encoded");
+        let encoded = output::encode(picture, None, &settings, &facts).expect("encoded");
         output::write_file(&file, &encoded.bytes).expect("written");
     }
     folder.join(name).display().to_string()
@@ -204,7 +204,7 @@ fn deliberate_errors_break_the_budgets() {
             let scene = &scenes[name];
             let (mut world, mut settings) = load(name, scene.samples);
             make(&mut world, &mut settings);
-            let picture = Picture::of(&picture(&world, &settings));
+            let picture = Picture::of(&picture(world, &settings));
             for peer in PEERS {
                 let Some(budget) = scene.budget(peer) else { continue };
                 let faults = budget.broken_by(&measure(name, peer, &picture));

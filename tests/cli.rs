@@ -74,6 +74,7 @@ fn help_and_version() {
         ("--help", "render"),
         ("render --help", "--crop <X,Y,W,H>"),
         ("schema --help", "JSON Schema"),
+        ("compare --help", "--max-flip <X>"),
         ("--version", concat!("rayo ", env!("CARGO_PKG_VERSION"))),
     ] {
         let output = run(folder.path(), arguments);
@@ -253,6 +254,110 @@ fn files_are_the_same_for_any_number_of_threads() {
         fs::read(at.join("a.exr")).expect("written")
     });
     assert!(files[0] == files[1] && files[0] == files[2]);
+}
+
+/// Renders of the scene by name, flags appended.
+fn renders(at: &Path, pictures: &[(&str, &str)]) {
+    for (file, flags) in pictures {
+        let output = run(at, &format!("render scene.toml -q --size 48x32 -o {file} {flags}"));
+        assert!(output.status.success(), "{file}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn pictures_are_compared_and_gates_close() {
+    let folder = folder();
+    let at = folder.path();
+    renders(at, &[("a.exr", "--samples 16"), ("b.exr", "--samples 16 --seed 1"), ("c.png", "--samples 16")]);
+    let output = run(at, "compare a.exr b.exr c.png --json out.json --report page/new");
+    let (table, said) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        table.contains("reference: a.exr, 48 × 32") && table.contains("c.png: display-referred, 8 bits"),
+        "{table}"
+    );
+    let lines: Vec<&str> =
+        table.lines().filter(|line| line.contains("LDR-FLIP") || line.starts_with("b.exr ")).collect();
+    assert!(lines.len() == 2 && lines[0].chars().count() == lines[1].chars().count(), "{table}");
+    assert!(said.contains("wrote page/new/index.html") && at.join("page/new/index.html").is_file(), "{said}");
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(at.join("out.json")).expect("written")).expect("JSON");
+    assert_eq!(
+        (&json["images"][0]["file"], &json["images"][0]["welch"]),
+        (&"b.exr".into(), &serde_json::Value::Null)
+    );
+    let number = |key: &str| json["images"][0][key].as_f64().expect("number");
+    assert!((number("mean_ratio") - 1.0).abs() < 0.01 && number("ldr_flip") > 0.0 && number("psnr") > 20.0);
+
+    let off = (number("mean_ratio") - 1.0).abs();
+    for (flag, value) in
+        [("--max-flip", number("ldr_flip")), ("--max-mean", off), ("--max-block", number("block_median"))]
+    {
+        let passes = run(at, &format!("compare a.exr b.exr {flag} {:.9}", value * 1.001));
+        assert_eq!(passes.status.code(), Some(0), "{flag}: {}", text(&passes.stderr));
+        let fails = run(at, &format!("compare a.exr b.exr {flag} {:.9}", value * 0.999));
+        let said = text(&fails.stderr);
+        assert_eq!(fails.status.code(), Some(1), "{flag}: {said}");
+        assert!(said.contains("failed: b.exr") && said.contains(flag) && !fails.stdout.is_empty(), "{said}");
+    }
+    // A picture equals itself, and every limit admits that.
+    let same = run(at, "compare a.exr a.exr --max-flip 0 --max-mean 0 --max-block 0");
+    assert_eq!(same.status.code(), Some(0), "{}", text(&same.stderr));
+}
+
+#[test]
+fn what_cannot_be_compared_exits_with_2() {
+    let folder = folder();
+    let at = folder.path();
+    renders(
+        at,
+        &[
+            ("a.exr", "--samples 1"),
+            ("small.exr", "--samples 1 --size 24x16"),
+            ("wide.png", "--samples 1 --size 50x32"),
+        ],
+    );
+    fs::write(at.join("text.exr"), "no picture").expect("written");
+    fs::write(at.join("file"), "in the way").expect("written");
+    for (arguments, message) in [
+        ("a.exr small.exr", "small.exr against a.exr: 24 × 16 pixels cannot be compared with 48 × 32"),
+        ("a.exr small.exr wide.png", "wide.png against a.exr"),
+        ("a.exr missing.exr text.exr", "cannot read missing.exr"),
+        ("a.exr missing.exr text.exr", "cannot read text.exr"),
+        ("a.exr", "IMAGE"),
+        ("a.exr a.exr --max-flip x", "0.03"),
+        ("a.exr a.exr --max-mean -1", "--max-mean"),
+        ("a.exr a.exr --json a.txt", ".json"),
+        ("a.exr a.exr --report file", "cannot make the folder file"),
+    ] {
+        fails(at, &format!("compare {arguments}"), 2, message);
+    }
+}
+
+/// Two seeds of one scene are the same but for noise, one percent more light is not; and only EXR holds variance.
+#[test]
+fn variance_tells_noise_from_difference() {
+    let folder = folder();
+    let at = folder.path();
+    let brighter =
+        SCENE.replace("[1, 1, 1]", "[1.01, 1.01, 1.01]").replace("[0.5, 0.7, 1.0]", "[0.505, 0.707, 1.01]");
+    fs::write(at.join("brighter.toml"), brighter + "[output]\nfile = \"c.exr\"\nvariance = true\n")
+        .expect("written");
+    let flags = "--samples 256 --variance";
+    renders(at, &[("a.exr", flags), ("b.exr", &format!("{flags} --seed 1")), ("plain.exr", "--samples 256")]);
+    let output = run(at, "render brighter.toml -q --size 48x32 --samples 256 --seed 2");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = run(at, "compare a.exr b.exr c.exr plain.exr --json out.json");
+    let table = text(&output.stdout);
+    assert!(table.contains("b.exr: Welch test") && table.contains("no difference beyond noise"), "{table}");
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(at.join("out.json")).expect("written")).expect("JSON");
+    let agrees = |i: usize| json["images"][i]["welch"]["agrees"].as_bool();
+    assert_eq!((agrees(0), agrees(1), agrees(2)), (Some(true), Some(false), None), "{table}");
+
+    fails(at, "render scene.toml --variance -o a.png", 2, "cannot hold the variance");
+    fails(at, "render scene.toml --variance -o a.hdr", 2, "cannot hold the variance");
+    fails(at, "render brighter.toml -o a.png", 2, "cannot hold the variance");
 }
 
 #[test]

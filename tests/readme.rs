@@ -1,4 +1,4 @@
-//! What the README says is tried: its commands' files and flags, its scene, its links.
+//! What the README and docs/compare.md say is tried: their commands' files and flags, the scene, the links.
 
 use std::{fs, path::Path, process::Command};
 
@@ -8,9 +8,13 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The fenced blocks of a language.
+/// The fenced blocks of a language in the README.
 fn blocks(language: &str) -> Vec<String> {
-    let text = fs::read_to_string(root().join("README.md")).expect("README.md");
+    blocks_of("README.md", language)
+}
+
+fn blocks_of(page: &str, language: &str) -> Vec<String> {
+    let text = fs::read_to_string(root().join(page)).expect("a page");
     let fence = format!("```{language}\n");
     text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
 }
@@ -30,18 +34,53 @@ fn commands_work() {
             file if file.is_file() => file.into_os_string(),
             _ => word.into(),
         });
+        let small: &[&str] =
+            if command.starts_with("render ") { &["--size", "24x16", "--samples", "2"] } else { &[] };
         let output = Command::new(cargo_bin("rayo"))
             .args(arguments)
-            .args(["--size", "24x16", "--samples", "2"])
+            .args(small)
             .current_dir(folder.path())
             .output()
             .expect("runs");
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
         tried += 1;
     }
-    assert_eq!(tried, 3);
-    for picture in ["cover.png", "tea-jar.png", "jar.exr"] {
+    assert_eq!(tried, 5);
+    for picture in ["cover.png", "tea-jar.png", "jar.exr", "draft.exr"] {
         assert!(folder.path().join(picture).is_file(), "{picture}");
+    }
+}
+
+/// Those of docs/compare.md run one after the other, renders made small.
+#[test]
+fn commands_on_comparing_work() {
+    let folder = tempfile::tempdir().expect("folder");
+    let commands = blocks_of("docs/compare.md", "sh").concat();
+    for line in commands.lines() {
+        let words = line.strip_prefix("rayo ").expect("a command of rayo").split_whitespace();
+        let arguments = words.map(|word| match root().join(word) {
+            file if file.is_file() => file.into_os_string(),
+            _ => word.into(),
+        });
+        let small: &[&str] =
+            if line.contains(" render ") { &["--size", "48x32", "--samples", "8"] } else { &[] };
+        let output = Command::new(cargo_bin("rayo"))
+            .args(arguments)
+            .args(small)
+            .current_dir(folder.path())
+            .output()
+            .expect("runs");
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        let table = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(
+            line.ends_with("compare one.exr other.exr"),
+            table.contains("Welch test"),
+            "{line}: {table}"
+        );
+    }
+    assert_eq!(commands.lines().count(), 7);
+    for file in ["numbers.json", "difference/index.html"] {
+        assert!(folder.path().join(file).is_file(), "{file}");
     }
 }
 

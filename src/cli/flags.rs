@@ -61,6 +61,10 @@ pub struct Overrides {
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f32>,
 
+    /// Write the estimated variance of each pixel beside it (EXR only), for `rayo compare`
+    #[arg(long)]
+    variance: bool,
+
     /// Curve from light to the numbers of a PNG
     #[arg(long, value_enum)]
     view: Option<ViewName>,
@@ -92,6 +96,7 @@ impl Overrides {
         set(&mut render.noise, self.noise);
         render.time = self.time.or(render.time);
         render.threads = self.threads.or(render.threads);
+        output.variance |= self.variance;
         set(&mut output.exposure, self.exposure);
         let view = self.view.map(|view| match view {
             ViewName::Srgb => View::Srgb,
@@ -130,7 +135,7 @@ fn crop(text: &str) -> Result<[u32; 4], &'static str> {
     numbers(text, &[',']).ok_or("write left, top, width and height in pixels, such as 100,50,640,360")
 }
 
-fn time(text: &str) -> Result<Duration, &'static str> {
+pub fn time(text: &str) -> Result<Duration, &'static str> {
     parse_duration(text).filter(|time| !time.is_zero()).ok_or("write a time such as 90s, 5m or 1h30m")
 }
 

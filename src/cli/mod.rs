@@ -3,12 +3,13 @@
 //! | exit code | |
 //! |---|---|
 //! | 0 | done |
-//! | 1 | interrupted, or failed through no fault of the input |
+//! | 1 | interrupted, failed through no fault of the input, or beyond a limit that was given |
 //! | 2 | bad input: flags, scene, asset, or a place that cannot be written |
 //!
-//! Standard output carries what was asked for (schema, help); all messages go to standard error.
+//! Standard output carries what was asked for (schema, table, help); all messages go to standard error.
 
 mod bug;
+mod compare;
 mod export;
 mod flags;
 mod interrupt;
@@ -19,7 +20,10 @@ mod schema;
 mod terminal;
 mod validate;
 
-use std::process::ExitCode;
+use std::{
+    io::{self, ErrorKind, Write},
+    process::ExitCode,
+};
 
 use clap::{Parser, Subcommand};
 
@@ -36,6 +40,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(render::Args),
+    Compare(compare::Args),
     Export(export::Args),
     Validate(validate::Args),
     Schema(schema::Args),
@@ -50,6 +55,16 @@ enum Failure {
     Failed(String),
     /// By the user, who has been told: exit code 1.
     Interrupted,
+}
+
+/// On standard output, as it is.
+fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads has seen enough.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(error) => Err(Failure::Failed(format!("error: cannot write to standard output: {error}"))),
+        Ok(()) => Ok(()),
+    }
 }
 
 /// Runs the command line of this process.
@@ -68,6 +83,7 @@ pub fn main() -> ExitCode {
             Command::Render(args) => render::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Validate(args) => validate::run(&args),
+            Command::Compare(args) => compare::run(&args),
             Command::Schema(args) => schema::run(&args),
         };
         match result {

@@ -17,7 +17,7 @@ use super::{
     terminal::{has_color, say},
 };
 use crate::{
-    color::Picture,
+    color::{Picture, variance_of_means},
     compile::compile,
     diagnostic,
     film::SampleCounts,
@@ -114,6 +114,12 @@ fn adjust(render: &mut render::Settings, output: &mut output::Settings, args: &A
         Some(file) => output.file = file.clone(),
         None => check_targets([(output.file.as_path(), PICTURE_EXTENSIONS)])?,
     }
+    if output.variance && Format::of(&output.file) != Some(Format::Exr) {
+        let name = output.file.display();
+        return Err(Failure::BadInput(format!(
+            "error: {name} cannot hold the variance: name an .exr file with -o, or leave the variance out"
+        )));
+    }
     Ok(())
 }
 
@@ -159,7 +165,9 @@ fn write_picture(
         size: settings.size,
         origin: [x, y],
     };
-    let encoded = output::encode(&Picture::of(&rendering.film), output, &facts).map_err(failed)?;
+    let variance = output.variance.then(|| variance_of_means(&rendering.film));
+    let encoded =
+        output::encode(&Picture::of(&rendering.film), variance.as_deref(), output, &facts).map_err(failed)?;
     interrupt.uninterrupted(|| output::write_file(&output.file, &encoded.bytes)).map_err(failed)?;
     Ok(encoded.clamped)
 }

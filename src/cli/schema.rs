@@ -1,8 +1,6 @@
 //! `rayo schema`.
 
-use std::io::{self, ErrorKind, Write};
-
-use super::Failure;
+use super::{Failure, print};
 
 /// Print the JSON Schema of scene files.
 ///
@@ -12,10 +10,5 @@ use super::Failure;
 pub struct Args {}
 
 pub fn run(_: &Args) -> Result<(), Failure> {
-    match writeln!(io::stdout(), "{:#}", crate::scene::schema()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        Err(error) => Err(Failure::Failed(format!("error: cannot write the schema: {error}"))),
-        Ok(()) => Ok(()),
-    }
+    print(&format!("{:#}\n", crate::scene::schema()))
 }

@@ -3,6 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use super::{
@@ -10,15 +11,17 @@ use super::{
     export::Name,
     flags::Basics,
     job::{self, Job},
+    print,
     progress::{Waiting, duration},
     terminal::{has_color, say},
 };
 use crate::{
+    compare::report::{self, Entry, Group, Pairs, Report},
     diagnostic,
     export::Target,
     output,
     render::Settings,
-    validate::{self, Manifest, Peer, Results, SceneResults, Shot, Subject},
+    validate::{self, Manifest, Peer, Results, SceneResults, Shot, Subject, TABLE_HEAD},
 };
 
 /// Render scenes with other renderers too, and report how far the pictures are apart
@@ -49,6 +52,10 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = super::flags::threads)]
     threads: Option<usize>,
 
+    /// A run of another renderer that takes longer is ended
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = super::flags::time)]
+    limit: Duration,
+
     /// Also keep the other renderers' pictures here, as half-float EXR with a manifest each
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
@@ -70,6 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut names = Vec::new();
     let (mut results, mut faults) = (Results { scenes: Vec::new() }, 0);
+    let (mut groups, mut pairs) = (Vec::new(), Vec::new());
     for file in &args.files {
         let name = unique_name(file, &mut names);
         let Job { mut render, world, .. } = job::load(file, |render, _| {
@@ -84,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = args.output.join(&name);
         fs::create_dir_all(&folder)
             .map_err(|e| failed(format!("{} cannot be made: {e}", folder.display())))?;
-        let subject = Subject { world: &world, settings: &render, folder: &folder };
+        let subject = Subject { world: &world, settings: &render, folder: &folder, limit: args.limit };
         let mut shots = Vec::new();
         let mut take = |who: &str, shot: Result<Shot, validate::Error>| match shot {
             Ok(shot) => {
@@ -114,11 +122,37 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(folder) = &args.keep {
             keep(folder, &name, &shots, &render)?;
         }
-        results.scenes.push(SceneResults::measure(&name, render.size, &shots).map_err(failed)?);
+        let group = group(&name, file, &shots);
+        let measured = report::measure(&group).map_err(failed)?;
+        let scene = SceneResults::new(&name, render.size, &shots, &measured);
+        if results.scenes.is_empty() {
+            print(TABLE_HEAD)?;
+        }
+        print(&scene.rows())?;
+        results.scenes.push(scene);
+        groups.push(group);
+        pairs.push(measured);
     }
+    let report = Report {
+        title: "Agreement between renderers".into(),
+        notes: vec![
+            "Every renderer has the same number of samples and a box filter of one pixel. Noise is half of what two \
+             pictures of half the samples differ by: the root of the relMSE that the picture owes to it."
+                .into(),
+        ],
+        groups,
+    };
+    let page = report::page(&report, &pairs);
+    output::write_file(&args.output.join("index.html"), page.as_bytes()).map_err(failed)?;
     let json = serde_json::to_string_pretty(&results).map_err(failed)?;
     output::write_file(&args.output.join("results.json"), json.as_bytes()).map_err(failed)?;
-    print!("{}", results.table());
+    if !args.quiet {
+        let inexact = |scene: &SceneResults| scene.pictures.iter().any(|picture| !picture.notes.is_empty());
+        if results.scenes.iter().any(inexact) {
+            say("* something had to be approximated or dropped: see the report");
+        }
+        say(format!("wrote {}", args.output.join("index.html").display()));
+    }
     match faults {
         0 => Ok(()),
         n => {
@@ -165,6 +199,29 @@ fn unique_name(file: &Path, taken: &mut Vec<String>) -> String {
     }
     taken.push(name.clone());
     name
+}
+
+/// A scene's part of the report.
+fn group(name: &str, file: &Path, shots: &[Shot]) -> Group {
+    let entry = |shot: &Shot| {
+        let mut details = vec![
+            ("Program".into(), shot.program.clone()),
+            ("Samples".into(), format!("{} per pixel", shot.samples)),
+            ("Time".into(), duration(shot.seconds)),
+            ("Noise".into(), shot.noise.map_or("none".into(), |noise| format!("{:.2} %", 100.0 * noise))),
+        ];
+        details.extend(shot.complaints.iter().map(|line| ("It said".into(), line.clone())));
+        Entry::new(shot.name(), details, shot.picture.clone())
+    };
+    let notes =
+        shots.iter().flat_map(|shot| shot.notes.iter().map(|note| format!("{}: {note}", shot.name())));
+    Group {
+        name: name.to_owned(),
+        description: file.display().to_string(),
+        notes: notes.collect(),
+        pictures: shots.iter().map(entry).collect(),
+        pairs: Pairs::All,
+    }
 }
 
 fn failed(error: impl std::fmt::Display) -> Failure {

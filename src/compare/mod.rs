@@ -4,7 +4,7 @@
 //!
 //! | file | |
 //! |---|---|
-//! | [`load`] | EXR, HDR and PNG into linear Rec.709, with variance where there is one |
+//! | [`mod@load`] | EXR, HDR and PNG into linear Rec.709, with variance where there is one |
 //! | [`metrics`] | mean ratio, relMSE, error of block means, PSNR |
 //! | [`flip`] | LDR-FLIP and HDR-FLIP: what a person sees when the pictures alternate |
 //! | [`welch`] | whether a difference is more than noise |
@@ -13,6 +13,7 @@
 pub mod flip;
 pub mod load;
 pub mod metrics;
+pub mod report;
 pub mod welch;
 
 mod exr;

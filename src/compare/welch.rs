@@ -51,7 +51,9 @@ pub struct Welch {
     pub worst_block: [u32; 2],
     /// Tests on blocks: blocks times channels.
     pub tests: usize,
-    /// Whether neither p-value, corrected for being two, is below 1 %.
+    /// The smaller of the two, corrected for being of two.
+    pub p: f64,
+    /// Whether `p` is not below [`SIGNIFICANCE`].
     pub agrees: bool,
 }
 
@@ -75,8 +77,8 @@ pub fn test(a: Estimate, b: Estimate) -> Result<Option<Welch>, SizeMismatch> {
     }
     let blocks_p = sidak(worst.0, tests);
     let whole_p = sidak(whole.iter().copied().fold(1.0, f64::min), whole.len());
-    let agrees = sidak(blocks_p.min(whole_p), 2) >= SIGNIFICANCE;
-    Ok(Some(Welch { blocks_p, whole_p, worst_block: worst.1, tests, agrees }))
+    let p = sidak(blocks_p.min(whole_p), 2);
+    Ok(Some(Welch { blocks_p, whole_p, worst_block: worst.1, tests, p, agrees: p >= SIGNIFICANCE }))
 }
 
 /// Of each channel; `None` where no variance is known.

@@ -5,6 +5,9 @@
 //!
 //! The data window of a crop is its place in the whole picture, which is the display window.
 //!
+//! With variance there are three more channels, `variance.R`, `variance.G` and `variance.B`: the estimated variance of the
+//! pixel's mean (that of a sample over the number of samples), always float, infinite below two samples.
+//!
 //! A half ends at 65504: what is brighter is clamped to that and counted.
 
 use std::io::Cursor;
@@ -12,8 +15,8 @@ use std::io::Cursor;
 use ::exr::{
     meta::attribute::Chromaticities,
     prelude::{
-        Blocks, Compression, Encoding, Image, IntegerBounds, IntoSample, Layer, LayerAttributes, LineOrder,
-        SpecificChannels, Text, Vec2, WritableImage, f16,
+        Blocks, Compression, Encoding, Image, ImageAttributes, IntegerBounds, IntoSample, Layer,
+        LayerAttributes, LineOrder, SpecificChannels, Text, Vec2, WritableImage, f16,
     },
 };
 
@@ -27,15 +30,20 @@ const REC709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-pub fn encode(picture: &Picture, depth: Depth, facts: &Facts) -> Result<Encoded, Error> {
+pub fn encode(
+    picture: &Picture,
+    variance: Option<&[[f32; 3]]>,
+    depth: Depth,
+    facts: &Facts,
+) -> Result<Encoded, Error> {
     match depth {
         Depth::High => {
-            let bytes = encode_as(picture, facts, |x| x)?;
+            let bytes = encode_as(picture, variance, facts, |x| x)?;
             Ok(Encoded { bytes, clamped: 0 })
         }
         Depth::Low => {
             let largest = f16::MAX.to_f32();
-            let bytes = encode_as(picture, facts, |x| f16::from_f32(x.min(largest)))?;
+            let bytes = encode_as(picture, variance, facts, |x| f16::from_f32(x.min(largest)))?;
             let clamped = picture.pixels.as_flattened().iter().filter(|&&x| x > largest).count() as u64;
             Ok(Encoded { bytes, clamped })
         }
@@ -44,37 +52,66 @@ pub fn encode(picture: &Picture, depth: Depth, facts: &Facts) -> Result<Encoded,
 
 fn encode_as<T: IntoSample>(
     picture: &Picture,
+    variance: Option<&[[f32; 3]]>,
     facts: &Facts,
     convert: impl Fn(f32) -> T + Sync,
 ) -> Result<Vec<u8>, Error> {
+    let width = picture.width as usize;
+    let size = (width, picture.height as usize);
+    let index = |position: Vec2<usize>| position.y() * width + position.x();
+    let (image, layer, encoding) = (image_attributes(facts), layer_attributes(facts), encoding());
+    let mut bytes = Vec::new();
+    let file = Cursor::new(&mut bytes);
+    let written = match variance {
+        None => {
+            let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
+                let [r, g, b] = picture.pixels[index(position)];
+                (convert(r), convert(g), convert(b))
+            });
+            Image::new(image, Layer::new(size, layer, encoding, channels)).write().to_buffered(file)
+        }
+        Some(variance) => {
+            let channels = SpecificChannels::build()
+                .with_channel("R")
+                .with_channel("G")
+                .with_channel("B")
+                .with_channel("variance.R")
+                .with_channel("variance.G")
+                .with_channel("variance.B")
+                .with_pixel_fn(|position: Vec2<usize>| {
+                    let i = index(position);
+                    let ([r, g, b], [vr, vg, vb]) = (picture.pixels[i], variance[i]);
+                    (convert(r), convert(g), convert(b), vr, vg, vb)
+                });
+            Image::new(image, Layer::new(size, layer, encoding, channels)).write().to_buffered(file)
+        }
+    };
+    written.map_err(Error::encoding)?;
+    Ok(bytes)
+}
+
+fn image_attributes(facts: &Facts) -> ImageAttributes {
+    let [width, height] = facts.size.map(|n| n as usize);
+    let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
+    attributes.chromaticities = Some(REC709);
+    attributes
+}
+
+fn layer_attributes(facts: &Facts) -> LayerAttributes {
     let noise = facts.noise.map_or("unknown".into(), |noise| noise.to_string());
     let comments =
         format!("samples per pixel {}, relative noise {noise}, seed {}", facts.samples_per_pixel, facts.seed);
     let [x, y] = facts.origin.map(|n| n as i32);
-    let [whole_width, whole_height] = facts.size.map(|n| n as usize);
-    let attributes = LayerAttributes {
+    LayerAttributes {
         layer_position: Vec2(x, y),
         software_name: Text::new_or_none(software()),
         comments: Text::new_or_none(comments),
         ..LayerAttributes::default()
-    };
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let width = picture.width as usize;
-    let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
-        let [r, g, b] = picture.pixels[position.y() * width + position.x()];
-        (convert(r), convert(g), convert(b))
-    });
-    let mut image =
-        Image::from_layer(Layer::new((width, picture.height as usize), attributes, encoding, channels));
-    image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));
-    image.attributes.chromaticities = Some(REC709);
-    let mut bytes = Vec::new();
-    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(Error::encoding)?;
-    Ok(bytes)
+    }
+}
+
+fn encoding() -> Encoding {
+    Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing }
 }
 
 #[cfg(test)]
@@ -107,16 +144,43 @@ mod tests {
 
     #[test]
     fn float_round_trip_is_exact() {
-        let encoded = encode(&picture(), Depth::High, &FACTS).expect("encodes");
+        let encoded = encode(&picture(), None, Depth::High, &FACTS).expect("encodes");
         assert_eq!(encoded.clamped, 0);
         assert_eq!(decode(&encoded.bytes), picture().pixels);
+    }
+
+    #[test]
+    fn variance_is_float_beside_half_colours() {
+        let variance: Vec<[f32; 3]> = (0..40 * 21).map(|i| [1e-9 * i as f32, 0.3, f32::INFINITY]).collect();
+        let encoded = encode(&picture(), Some(&variance), Depth::Low, &FACTS).expect("encodes");
+        let plain = encode(&picture(), None, Depth::Low, &FACTS).expect("encodes");
+        assert_eq!(decode(&encoded.bytes), decode(&plain.bytes));
+        let image = all_channels_of(&encoded.bytes);
+        let names: Vec<String> = image.iter().map(|(name, _)| name.clone()).collect();
+        assert_eq!(names, ["B", "G", "R", "variance.B", "variance.G", "variance.R"]);
+        let reds: Vec<f32> = variance.iter().map(|v| v[0]).collect();
+        assert_eq!(image[5].1, reds);
+        assert!(image[3].1.iter().all(|v| v.is_infinite()));
+    }
+
+    fn all_channels_of(bytes: &[u8]) -> Vec<(String, Vec<f32>)> {
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .expect("reads back");
+        let channels = image.layer_data.channel_data.list;
+        channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
     }
 
     #[test]
     fn half_rounds_and_clamps() {
         let mut picture = picture();
         picture.pixels[3] = [1e6, 65504.0, 65519.0];
-        let encoded = encode(&picture, Depth::Low, &FACTS).expect("encodes");
+        let encoded = encode(&picture, None, Depth::Low, &FACTS).expect("encodes");
         assert_eq!(encoded.clamped, 2);
         let decoded = decode(&encoded.bytes);
         assert_eq!(decoded[3], [65504.0; 3]);
@@ -129,7 +193,7 @@ mod tests {
     #[test]
     fn a_crop_keeps_its_place() {
         let facts = Facts { size: [100, 60], origin: [7, 30], ..FACTS };
-        let encoded = encode(&picture(), Depth::High, &facts).expect("encodes");
+        let encoded = encode(&picture(), None, Depth::High, &facts).expect("encodes");
         let meta = MetaData::read_from_buffered(Cursor::new(&encoded.bytes), false).expect("header");
         let header = &meta.headers[0];
         assert_eq!(header.shared_attributes.display_window, IntegerBounds::new((0, 0), (100, 60)));
@@ -139,7 +203,7 @@ mod tests {
 
     #[test]
     fn the_file_says_how_it_was_made() {
-        let encoded = encode(&picture(), Depth::Low, &FACTS).expect("encodes");
+        let encoded = encode(&picture(), None, Depth::Low, &FACTS).expect("encodes");
         let meta = MetaData::read_from_buffered(Cursor::new(&encoded.bytes), false).expect("header");
         let header = &meta.headers[0];
         assert_eq!(header.compression, Compression::ZIP16);

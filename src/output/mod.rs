@@ -3,7 +3,7 @@
 //! | extension | numbers | what they mean |
 //! |---|---|---|
 //! | `.png` | 8 or 16 bits | exposure and view applied; says so in its sRGB or gAMA chunk |
-//! | `.exr` | half or float, ZIP | scene-linear Rec.709 |
+//! | `.exr` | half or float, ZIP | scene-linear Rec.709; on request the variance of each pixel |
 //! | `.hdr` | shared exponent, 8 bits | scene-linear Rec.709 |
 //!
 //! [`check_writable`] before rendering, [`encode`] in memory, then [`write_file`], which replaces the target in one step:
@@ -92,14 +92,19 @@ impl Format {
     }
 }
 
-/// The bytes of `settings.file`.
-pub fn encode(picture: &Picture, settings: &Settings, facts: &Facts) -> Result<Encoded, Error> {
+/// The bytes of `settings.file`. With `variance`, which only EXR can hold, that of each pixel's mean.
+pub fn encode(
+    picture: &Picture,
+    variance: Option<&[[f32; 3]]>,
+    settings: &Settings,
+    facts: &Facts,
+) -> Result<Encoded, Error> {
     match Format::of(&settings.file) {
         Some(Format::Png) => {
             let bytes = png::encode(picture, settings)?;
             Ok(Encoded { bytes, clamped: 0 })
         }
-        Some(Format::Exr) => exr::encode(picture, settings.depth, facts),
+        Some(Format::Exr) => exr::encode(picture, variance, settings.depth, facts),
         Some(Format::Hdr) => hdr::encode(picture),
         None => Err(file::unknown_extension(&settings.file, PICTURE_EXTENSIONS)),
     }

@@ -22,4 +22,6 @@ pub struct Settings {
     /// Stops: radiance is multiplied by 2^exposure before the view (PNG only, like the view).
     pub exposure: f32,
     pub depth: Depth,
+    /// Whether the file also holds the estimated variance of each pixel (EXR only).
+    pub variance: bool,
 }

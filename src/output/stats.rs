@@ -47,6 +47,8 @@ pub struct SettingsUsed {
     pub depth: Option<&'static str>,
     pub view: &'static str,
     pub exposure: f32,
+    /// Whether the file holds the variance of each pixel.
+    pub variance: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -152,6 +154,7 @@ impl SettingsUsed {
                 View::Raw => "raw",
             },
             exposure: output.exposure,
+            variance: output.variance,
         }
     }
 }

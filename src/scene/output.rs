@@ -26,6 +26,8 @@ table! {
         exposure: f32 = 0.0; from(-64.0).to(64.0),
         /// 8 or 16 bits for .png, "half" or "float" for .exr. Without it: 8, half.
         depth: Option<DepthName>,
+        /// Whether the file also holds the estimated variance of each pixel (.exr only).
+        variance: bool = false,
     }
 }
 
@@ -67,6 +69,10 @@ impl Output {
             };
             cx.error(self.keys.value("depth"), format!("a .{extension} file has no such `depth`")).help(help);
         }
+        if self.variance && self.keys.sound(&["file"]) && extension != "exr" {
+            let message = format!("a .{extension} file cannot hold the variance");
+            cx.error(self.keys.value("variance"), message).help("set `file` to a name that ends in .exr");
+        }
         Settings {
             file,
             view: match self.view {
@@ -79,6 +85,7 @@ impl Output {
                 Some(DepthName::Sixteen | DepthName::Float) => Depth::High,
                 Some(DepthName::Eight | DepthName::Half) | None => Depth::Low,
             },
+            variance: self.variance,
         }
     }
 }

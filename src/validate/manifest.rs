@@ -52,7 +52,7 @@ impl Manifest {
             origin: [0; 2],
         };
         let settings = output::Settings { file: exr.clone(), depth: Depth::Low, ..Default::default() };
-        let encoded = output::encode(picture, &settings, &facts)?;
+        let encoded = output::encode(picture, None, &settings, &facts)?;
         output::write_file(&exr, &encoded.bytes)?;
         let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
         output::write_file(&json, text.as_bytes())

@@ -11,12 +11,12 @@ mod results;
 use std::{
     fs,
     path::{Path, PathBuf},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 pub use manifest::Manifest;
 pub use peer::{Missing, Peer, Run, Task};
-pub use results::{Pair, PictureResults, Results, SceneResults};
+pub use results::{Pair, PictureResults, Results, SceneResults, TABLE_HEAD};
 
 use crate::{
     color::Picture,
@@ -35,6 +35,8 @@ pub struct Subject<'a> {
     pub settings: &'a render::Settings,
     /// Exports and pictures go here.
     pub folder: &'a Path,
+    /// For each run of another renderer.
+    pub limit: Duration,
 }
 
 /// A renderer's picture of a scene, and how it came about.
@@ -61,6 +63,11 @@ impl Shot {
     /// The renderer, as it is called in commands and file names.
     pub fn key(&self) -> &'static str {
         self.target.map_or("rayo", Target::key)
+    }
+
+    /// The renderer, as people call it.
+    pub fn name(&self) -> &'static str {
+        self.target.map_or("rayo", Target::name)
     }
 }
 
@@ -128,7 +135,6 @@ pub fn peer_shot(subject: &Subject, peer: &Peer) -> Result<Shot, Error> {
             .map_err(|problem| Error::Folder { folder: exported.clone(), problem })?;
     }
     let export = export::export(subject.world, subject.settings, peer.target, &exported, Options::default())?;
-    let threads = subject.settings.threads.unwrap_or_else(rayon::current_num_threads);
     let runs: u32 = if peer.is_random() { 2 } else { 1 };
     let mut pictures = Vec::new();
     let (mut seconds, mut complaints) = (0.0, Vec::new());
@@ -140,7 +146,8 @@ pub fn peer_shot(subject: &Subject, peer: &Peer) -> Result<Shot, Error> {
             picture: &picture,
             samples: subject.settings.samples / runs,
             seed: (subject.settings.seed as u32 & 0xFFFF).wrapping_add(i),
-            threads,
+            threads: subject.settings.threads,
+            limit: subject.limit,
         };
         let run = peer.render(&task)?;
         seconds += run.seconds;

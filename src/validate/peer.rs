@@ -5,7 +5,8 @@ use std::{
     fs::File,
     io,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Child, Command, ExitStatus, Stdio},
+    thread,
     time::{Duration, Instant},
 };
 
@@ -68,7 +69,10 @@ pub struct Task<'a> {
     /// Per pixel; POV-Ray has its own in the folder.
     pub samples: u32,
     pub seed: u32,
-    pub threads: usize,
+    /// As many as the machine has where it is not said.
+    pub threads: Option<usize>,
+    /// A run that takes longer is ended.
+    pub limit: Duration,
 }
 
 const PROBE_LIMIT: Duration = Duration::from_secs(60);
@@ -99,15 +103,20 @@ impl Peer {
         let errors = output.try_clone().map_err(start_fault)?;
         command.current_dir(task.folder).stdin(Stdio::null()).stdout(output).stderr(errors);
         let start = Instant::now();
-        let status = command.status().map_err(start_fault)?;
+        let status = wait(&mut command.spawn().map_err(start_fault)?, task.limit);
         let seconds = start.elapsed().as_secs_f64();
         let said =
             fs::read(&log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
-        if !status.success() || !task.picture.is_file() {
+        let succeeded = status.is_some_and(|status| status.success());
+        if !succeeded || !task.picture.is_file() {
             let lines: Vec<&str> = said.lines().collect();
             return Err(Error::Failed {
                 program: self.version.clone(),
-                status: if status.success() { "it wrote no picture".into() } else { status.to_string() },
+                status: match status {
+                    None => format!("it was ended after {seconds:.0} s"),
+                    Some(_) if succeeded => "it wrote no picture".into(),
+                    Some(status) => status.to_string(),
+                },
                 log: log.display().to_string(),
                 tail: lines[lines.len().saturating_sub(12)..].join("\n"),
             });
@@ -137,19 +146,28 @@ impl Peer {
             }
             Program::Povray(povray) => {
                 command = Command::new(povray);
-                command.arg("scene.ini").arg(join("+O", task.picture)).arg(format!("+WT{threads}"));
+                command.arg("scene.ini").arg(join("+O", task.picture));
+                if let Some(threads) = threads {
+                    command.arg(format!("+WT{threads}"));
+                }
                 return command;
             }
             Program::Mitsuba { command: mitsuba, variant, llvm } => {
                 command = mitsuba_command(mitsuba, llvm.as_deref());
                 command.args(["-m", variant, "-D", &format!("spp={samples}"), "-D", &format!("seed={seed}")]);
-                command.args(["-t", &threads.to_string(), "-o"]).arg(task.picture).arg("scene.xml");
+                if let Some(threads) = threads {
+                    // Mitsuba 3.9 waits for itself when it loads a scene with fewer.
+                    command.args(["-t", &(*threads).max(3).to_string()]);
+                }
+                command.arg("-o").arg(task.picture).arg("scene.xml");
                 return command;
             }
         }
         command.arg("--output").arg(task.picture);
         command.args(["--samples", &samples.to_string(), "--seed", &seed.to_string()]);
-        command.args(["--threads", &threads.to_string()]);
+        if let Some(threads) = threads {
+            command.args(["--threads", &threads.to_string()]);
+        }
         command
     }
 }
@@ -306,26 +324,32 @@ fn answer(command: &mut Command) -> Option<String> {
     let output = File::create(&log).ok()?;
     let errors = output.try_clone().ok()?;
     let mut child = command.stdin(Stdio::null()).stdout(output).stderr(errors).spawn().ok()?;
+    wait(&mut child, PROBE_LIMIT)?
+        .success()
+        .then(|| String::from_utf8_lossy(&fs::read(&log).unwrap_or_default()).into_owned())
+}
+
+/// How a program ended; `None` where it had to be ended.
+fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
     let start = Instant::now();
-    let status = loop {
+    loop {
         match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) if start.elapsed() < PROBE_LIMIT => std::thread::sleep(Duration::from_millis(20)),
+            Ok(Some(status)) => return Some(status),
+            Ok(None) if start.elapsed() < limit => thread::sleep(Duration::from_millis(20)),
             Ok(None) | Err(_) => {
                 let _ = child.kill();
                 let _ = child.wait();
                 return None;
             }
         }
-    };
-    status.success().then(|| String::from_utf8_lossy(&fs::read(&log).unwrap_or_default()).into_owned())
+    }
 }
 
 fn complaints(said: &str) -> Vec<String> {
     const MOST: usize = 20;
     let complains = |line: &&str| {
         let line = line.to_ascii_lowercase();
-        line.contains("warning") || line.contains("error") || line.contains("deprecat")
+        ["warning:", "error:", "deprecat", " warn "].iter().any(|sign| line.contains(sign))
     };
     said.lines().filter(complains).take(MOST).map(|line| line.trim().to_owned()).collect()
 }
@@ -345,8 +369,11 @@ mod tests {
 
     #[test]
     fn complaints_are_found_in_what_is_said() {
-        let said = "Loading\n  Parse Warning: odd thing\nDone\nDeprecationWarning: x\n";
-        assert_eq!(complaints(said), ["Parse Warning: odd thing", "DeprecationWarning: x"]);
+        let said = "Warning Stream to console\n  Parse Warning: odd thing\nDone\nDeprecationWarning: x\n2026 WARN main y\n";
+        assert_eq!(
+            complaints(said),
+            ["Parse Warning: odd thing", "DeprecationWarning: x", "2026 WARN main y"]
+        );
     }
 
     #[test]
@@ -355,5 +382,7 @@ mod tests {
         assert!(answer(&mut Command::new("/nonexistent/program")).is_none());
         assert_eq!(answer(Command::new("sh").args(["-c", "echo 1; echo 2 >&2"])).as_deref(), Some("1\n2\n"));
         assert!(answer(Command::new("sh").args(["-c", "exit 3"])).is_none());
+        let mut endless = Command::new("sleep").arg("60").spawn().expect("started");
+        assert!(wait(&mut endless, Duration::from_millis(50)).is_none());
     }
 }

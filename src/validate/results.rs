@@ -5,7 +5,11 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::Shot;
-use crate::compare::{self, Numbers, SizeMismatch};
+use crate::compare::{Numbers, report};
+
+/// What the columns of [`SceneResults::rows`] are.
+pub const TABLE_HEAD: &str =
+    "scene                image    against     mean   block     p95    FLIP    relMSE\n";
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
@@ -42,15 +46,8 @@ pub struct Pair {
 }
 
 impl SceneResults {
-    /// Measures every pair of pictures: this program's against each peer's, and the peers' among themselves.
-    pub fn measure(name: &str, size: [u32; 2], shots: &[Shot]) -> Result<Self, SizeMismatch> {
-        let mut pairs = Vec::new();
-        for (i, image) in shots.iter().enumerate() {
-            for reference in &shots[i + 1..] {
-                let numbers = compare::compare(&reference.picture, &image.picture)?.numbers;
-                pairs.push(Pair { reference: reference.key(), image: image.key(), numbers });
-            }
-        }
+    /// What was measured between pictures of `shots`, this program's and the peers', each pair once.
+    pub fn new(name: &str, size: [u32; 2], shots: &[Shot], pairs: &[report::Pair]) -> Self {
         let pictures = shots.iter().map(|shot| PictureResults {
             renderer: shot.key(),
             program: shot.program.clone(),
@@ -60,11 +57,18 @@ impl SceneResults {
             notes: shot.notes.iter().map(ToString::to_string).collect(),
             complaints: shot.complaints.clone(),
         });
-        Ok(Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs })
+        // The later renderer is the reference: this program comes first.
+        let once = pairs.iter().filter(|pair| pair.image < pair.reference);
+        let pairs = once.filter_map(|pair| {
+            let [reference, image] = [shots.get(pair.reference)?, shots.get(pair.image)?].map(Shot::key);
+            Some(Pair { reference, image, numbers: pair.comparison.numbers })
+        });
+        Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs: pairs.collect() }
     }
 
-    /// The rows of this scene in the table: a pair each.
-    fn rows(&self, table: &mut String) {
+    /// This scene's lines of the table, under [`TABLE_HEAD`]: a pair each. A star: an export had to approximate something.
+    pub fn rows(&self) -> String {
+        let mut table = String::new();
         for pair in &self.pairs {
             let Numbers { metrics: m, ldr_flip, .. } = &pair.numbers;
             let inexact = self
@@ -84,20 +88,6 @@ impl SceneResults {
                 m.rel_mse,
                 if inexact { "  *" } else { "" },
             );
-        }
-    }
-}
-
-impl Results {
-    /// For a terminal. A star: an export had to approximate something.
-    pub fn table(&self) -> String {
-        let mut table = format!(
-            "{:20} {:8} {:8} {:>7} {:>7} {:>7} {:>7} {:>9}\n",
-            "scene", "image", "against", "mean", "block", "p95", "FLIP", "relMSE"
-        );
-        self.scenes.iter().for_each(|scene| scene.rows(&mut table));
-        if table.contains("  *\n") {
-            table.push_str("* something had to be approximated or dropped: see the report\n");
         }
         table
     }

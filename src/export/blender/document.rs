@@ -157,6 +157,8 @@ pub struct Material {
     pub emission_sampling: &'static str,
     pub alpha: Option<Alpha>,
     pub normal: Option<NormalMap>,
+    /// Whether Cycles bends mapped normals until they mirror outwards, and dims light that grazes the surface.
+    pub bump_correction: bool,
     /// Camera rays pass the backs.
     pub cull_backs: bool,
 }

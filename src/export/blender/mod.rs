@@ -8,15 +8,15 @@
 //! | emissive ones | a lamp of the same radius; the sphere itself shines for camera rays alone |
 //! | glass ones | triangles |
 //! | intensity in W/sr | power in W: [`lights`] |
-//! | materials | nodes: [`materials`]; fuzz as Beckmann's facets: [`lobe`] |
+//! | materials | nodes: [`materials`]; fuzz as Beckmann's facets: [`fuzz`](super::fuzz) |
 //! | tangents | attributes under the name that the Normal Map node would give its own |
 
 mod arrays;
 mod axes;
 mod camera;
 mod document;
+mod inside;
 mod lights;
-mod lobe;
 mod materials;
 mod meshes;
 mod spheres;
@@ -54,6 +54,7 @@ pub fn write(
     for (i, light) in world.model.lights.iter().enumerate() {
         placed.lights.extend(lights::lamp(format!("Light {i}"), light));
     }
+    inside::note(world, notes);
     let materials = materials.finish();
     let document = document::Document {
         rayo: env!("CARGO_PKG_VERSION"),

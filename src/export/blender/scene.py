@@ -145,8 +145,7 @@ def build(scene, spec):
     say(f"{len(meshes)} meshes, {len(materials)} materials, {len(images)} images")
     for instance in spec["instances"]:
         place(scene, instance, meshes[instance["mesh"]], materials)
-    for points in spec["points"]:
-        add_points(scene, points, arrays, materials)
+    add_spheres(scene, spec["points"], arrays, materials)
     for light in spec["lights"]:
         add_light(scene, light)
     set_world(scene, spec["world"], images)
@@ -186,10 +185,11 @@ def build_mesh(spec, arrays):
     if spec["colors"]:
         add_attribute(mesh, "Color", "FLOAT_COLOR", "POINT", "color", arrays.f(spec["colors"]))
     if spec["tangents"]:
-        # Under this name the Normal Map node finds them before it would make its own from UVs.
+        # Under these names the Normal Map node looks for what Cycles makes of a UV map "Given"; 5.0 for the second.
         domain = "CORNER" if spec["tangents_by_corner"] else "POINT"
-        add_attribute(mesh, "Given.tangent", "FLOAT_VECTOR", domain, "vector", arrays.f(spec["tangents"]))
-        add_attribute(mesh, "Given.tangent_sign", "FLOAT", domain, "value", arrays.f(spec["tangent_signs"]))
+        for name in ("Given.tangent", "Given.undisplaced_tangent"):
+            add_attribute(mesh, name, "FLOAT_VECTOR", domain, "vector", arrays.f(spec["tangents"]))
+            add_attribute(mesh, f"{name}_sign", "FLOAT", domain, "value", arrays.f(spec["tangent_signs"]))
     mesh.update(calc_edges=True)
     if not spec["normals"]:
         mesh.shade_flat()
@@ -235,23 +235,32 @@ def sheared(scene):
 
 
 def faithful_shadows(thing):
-    """Shadow rays begin where the surface is."""
-    thing.cycles.shadow_terminator_offset = thing.cycles.shadow_terminator_geometry_offset = 0
+    """Shadow rays begin where the surface is. The properties moved from Cycles to the object itself."""
+    set_where_known(thing.cycles, shadow_terminator_offset=0, shadow_terminator_geometry_offset=0)
+    set_where_known(thing, shadow_terminator_shading_offset=0, shadow_terminator_geometry_offset=0)
 
 
-def add_points(scene, spec, arrays, materials):
+def add_spheres(scene, specs, arrays, materials):
     """Points of a point cloud are true spheres in Cycles. They are made from loose vertices."""
-    mesh = bpy.data.meshes.new(spec["name"])
-    mesh.vertices.add(spec["centers"][1] // 3)
-    mesh.vertices.foreach_set("co", arrays.f(spec["centers"]))
-    add_attribute(mesh, "radius", "FLOAT", "POINT", "value", arrays.f(spec["radii"]))
-    mesh.materials.append(materials[spec["material"]])
-    thing = bpy.data.objects.new(spec["name"], mesh)
-    scene.collection.objects.link(thing)
-    chosen = {"object": thing, "active_object": thing, "selected_objects": [thing], "selected_editable_objects": [thing]}
-    with bpy.context.temp_override(**chosen):
+    things = []
+    for spec in specs:
+        mesh = bpy.data.meshes.new(spec["name"])
+        mesh.vertices.add(spec["centers"][1] // 3)
+        mesh.vertices.foreach_set("co", arrays.f(spec["centers"]))
+        add_attribute(mesh, "radius", "FLOAT", "POINT", "value", arrays.f(spec["radii"]))
+        mesh.materials.append(materials[spec["material"]])
+        thing = bpy.data.objects.new(spec["name"], mesh)
+        scene.collection.objects.link(thing)
+        things.append(thing)
+    if not things:
+        return
+    chosen = {"object": things[0], "active_object": things[0]}
+    with bpy.context.temp_override(**chosen, selected_objects=things, selected_editable_objects=things):
         bpy.ops.object.convert(target="POINTCLOUD")
-    faithful_shadows(thing)
+    for thing in things:
+        if thing.type != "POINTCLOUD":
+            raise RuntimeError(f"Blender did not make a point cloud of {thing.name}")
+        faithful_shadows(thing)
 
 
 def set_camera(scene, spec):
@@ -357,7 +366,7 @@ def build_material(spec, images):
     if material.node_tree is None:
         material.use_nodes = True
     material.cycles.emission_sampling = spec["emission_sampling"]
-    set_where_known(material.cycles, use_bump_map_correction=False)
+    set_where_known(material.cycles, use_bump_map_correction=spec["bump_correction"])
     graph = Graph(material.node_tree)
     inputs = Inputs(graph, spec, images)
     shader = SURFACES[spec["surface"]["type"]](graph, inputs, spec["surface"])

@@ -18,7 +18,7 @@ use crate::{export::note::Notes, geometry::Frame, world::Light};
 /// f, in POV-Ray units. The error is below 1e-6 from a tenth of a unit on.
 const FADE: f32 = 1e-4;
 /// Parallel lights that a sun with an angle becomes.
-const SUN_POINTS: usize = 89;
+const SUN_POINTS: usize = 55;
 /// cos inner − cos outer below which the rim of a spot is not resolved by single precision: (this)⁻² × 2⁻²⁴ ≈ 1 %.
 const SHARP: f32 = 2.5e-3;
 /// Golden angle, radians.

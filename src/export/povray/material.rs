@@ -11,8 +11,8 @@
 //! | alpha | a pattern from clear to covered, with a step for masks | exact |
 //!
 //! A dielectric's tint t multiplies reflection and refraction, but `conserve_energy` leaves t (1 − t F) of what is
-//! refracted. The blend of w parts glass with a filter of t / w and 1 − w parts black mirror of (t − w) / (1 − w), with
-//! w the least component of t, gives t F and t (1 − F), and t at total reflection.
+//! refracted. Grey glass is the blend of t parts clear glass with 1 − t parts black. For colours there is such a blend,
+//! too, but it splits every inner reflection into two rays, without an end.
 
 use std::{collections::HashMap, fmt::Write};
 
@@ -110,21 +110,20 @@ impl<'a> Looks<'a> {
 
     /// The look with its colour multiplied by `tint`.
     pub fn make(&mut self, material: &Material, mapping: Mapping, tint: Vec3) -> Result<Look, Error> {
-        let mut maker = Maker { looks: self, material, mapping, tint, uv: false };
+        let mut maker = Maker { looks: self, material, mapping, tint, uv: false, within: None };
         if material.normal.is_some() {
             maker.dropped("its normal map");
         }
+        let cover = maker.cover()?;
         let glow = maker.glow()?;
         let one_sided = glow.is_some() && material.emission.is_some_and(|e| !e.two_sided);
-        let mut texture = maker.body(glow.as_ref())?;
-        let mut back = if one_sided { Some(maker.body(None)?) } else { None };
+        let texture = cover.over(maker.body(glow.as_ref())?);
+        let back = if one_sided { Some(cover.over(maker.body(None)?)) } else { None };
         let mut interior = match material.surface {
             Surface::Dielectric { ior, .. } => Some(Interior::Glass(ior)),
             _ => None,
         };
         if material.alpha != Alpha::Opaque {
-            texture = maker.cover(&texture)?;
-            back = back.map(|back| maker.cover(&back)).transpose()?;
             interior = interior.or(Some(Interior::Thin));
         }
         let uv = maker.uv;
@@ -138,6 +137,8 @@ struct Maker<'a, 'b> {
     mapping: Mapping,
     tint: Vec3,
     uv: bool,
+    /// Where the pattern that chooses between the textures being made looks its picture up: they begin there.
+    within: Option<Affine2>,
 }
 
 impl Maker<'_, '_> {
@@ -258,11 +259,12 @@ impl Maker<'_, '_> {
             self.approximated("the mean of its texture");
             tint *= self.mean(color.texture.as_ref());
         }
-        glass(tint.clamp(Vec3::ZERO, Vec3::ONE))
-            .unwrap_or_else(|approximated| {
-                self.approximated("t (1 − t F) of the light is refracted instead of t (1 − F), and total reflection has no tint");
-                approximated
-            })
+        glass(tint.clamp(Vec3::ZERO, Vec3::ONE)).unwrap_or_else(|near| {
+            self.approximated(
+                "t (1 − t F) of the light is refracted instead of t (1 − F), and total reflection has no tint t",
+            );
+            near
+        })
     }
 
     fn pbr(&mut self, pbr: &Pbr, glow: Option<&Term>) -> Result<String, Error> {
@@ -297,40 +299,42 @@ impl Maker<'_, '_> {
             }
             return Ok(finish::average(&[(1.0 - metallic, plastic(self)?), (metallic, metal(self)?)]));
         };
-        match self.pattern(&map, channel, metallic)? {
-            Some(pattern) => Ok(finish::blend(&pattern, &plastic(self)?, &metal(self)?, None)),
-            None => plastic(self),
-        }
+        let Some((pattern, at)) = self.pattern(&map, channel, metallic)? else { return plastic(self) };
+        let around = self.within.replace(at);
+        let (plastic, metal) = (plastic(self)?, metal(self)?);
+        self.within = around;
+        Ok(finish::blend(&pattern, &plastic, &metal, None))
     }
 
-    fn cover(&mut self, full: &str) -> Result<String, Error> {
+    /// To be asked for before what it covers.
+    fn cover(&mut self) -> Result<Cover, Error> {
         let coverage = self.material.coverage;
         let step = match self.material.alpha {
+            Alpha::Opaque => return Ok(Cover::Share(1.0)),
             Alpha::Mask { cutoff } => Some(cutoff),
-            _ => None,
+            Alpha::Blend => None,
         };
-        if let Some((map, channel)) = coverage.texture {
-            let factor = coverage.factor.max(0.0);
-            // A pattern ends at 1; a mask's step may lie beyond.
-            return Ok(
-                match (step, self.pattern(&map, channel, if step.is_some() { 1.0 } else { factor })?) {
-                    (_, None) => full.into(),
-                    (Some(cutoff), _) if cutoff <= 0.0 => full.into(),
-                    (Some(cutoff), _) if cutoff > factor => CLEAR.into(),
-                    (Some(cutoff), Some(pattern)) => {
-                        finish::blend(&pattern, CLEAR, full, Some(cutoff / factor))
-                    }
-                    (None, Some(pattern)) => finish::blend(&pattern, CLEAR, full, None),
-                },
-            );
-        }
-        Ok(match step {
-            Some(cutoff) if coverage.factor >= cutoff => full.into(),
-            Some(_) => CLEAR.into(),
-            None => {
-                let share = coverage.factor.clamp(0.0, 1.0);
-                finish::average(&[(1.0 - share, CLEAR.into()), (share, full.into())])
+        let Some((map, channel)) = coverage.texture else {
+            let share = match step {
+                Some(cutoff) => f32::from(coverage.factor >= cutoff),
+                None => coverage.factor.clamp(0.0, 1.0),
+            };
+            return Ok(Cover::Share(share));
+        };
+        let factor = coverage.factor.max(0.0);
+        // A pattern ends at 1: a factor beyond is in the step.
+        let (factor, step) = match step {
+            Some(cutoff) if cutoff <= 0.0 => return Ok(Cover::Share(1.0)),
+            Some(cutoff) if cutoff > factor => return Ok(Cover::Share(0.0)),
+            Some(cutoff) => (1.0, Some(cutoff / factor)),
+            None => (factor, None),
+        };
+        Ok(match self.pattern(&map, channel, factor)? {
+            Some((pattern, at)) => {
+                self.within = Some(at);
+                Cover::Pattern(pattern, step)
             }
+            None => Cover::Share(1.0),
         })
     }
 
@@ -347,23 +351,28 @@ impl Maker<'_, '_> {
             return Ok(format!("pigment {{ {} }}", rgb(factor)));
         };
         Ok(match self.placed(&picture.fit, map) {
-            Some(matrix) => format!("pigment {{ image_map {{ {} }} {matrix} }}", picture.sdl),
+            Some((matrix, _)) => format!("pigment {{ image_map {{ {} }} {matrix} }}", picture.sdl),
             None => format!("pigment {{ {} }}", rgb(factor * self.mean(Some(map)))),
         })
     }
 
-    /// `image_pattern { … }` of one channel.
-    fn pattern(&mut self, map: &TextureRef, channel: u8, factor: f32) -> Result<Option<String>, Error> {
+    /// `image_pattern { … }` of one channel, and where it looks that up.
+    fn pattern(
+        &mut self,
+        map: &TextureRef,
+        channel: u8,
+        factor: f32,
+    ) -> Result<Option<(String, Affine2)>, Error> {
         let Some(picture) = self.looks.pictures.picture(map, Part::Channel(channel, factor))? else {
             return Ok(None);
         };
-        Ok(self
-            .placed(&picture.fit, map)
-            .map(|matrix| format!("image_pattern {{ {} }} {matrix}", picture.sdl)))
+        let place = self.placed(&picture.fit, map);
+        Ok(place.map(|(matrix, at)| (format!("image_pattern {{ {} }} {matrix}", picture.sdl), at)))
     }
 
-    /// The transformation that lets POV-Ray look `fit` of the UV up. It looks up where its inverse leads to.
-    fn placed(&mut self, fit: &Affine2, map: &TextureRef) -> Option<String> {
+    /// The transformation that lets POV-Ray look `fit` of the UV up, and that place. It looks up where the inverse of
+    /// the transformation leads to, from where the pattern around has led already.
+    fn placed(&mut self, fit: &Affine2, map: &TextureRef) -> Option<(String, Affine2)> {
         self.uv = true;
         if map.uv_set != self.looks.uv_set(self.material) {
             self.approximated("all of its textures use the same set of uv");
@@ -379,10 +388,10 @@ impl Maker<'_, '_> {
             self.approximated("a texture that is stretched without end is its mean");
             return None;
         }
-        let place = lookup.inverse();
+        let place = self.within.unwrap_or(Affine2::IDENTITY) * lookup.inverse();
         let flat = Mat3::from_mat2(place.matrix2);
         let moved = glam::Affine3A::from_mat3_translation(flat, place.translation.extend(0.0));
-        Some(matrix(&moved))
+        Some((matrix(&moved), lookup))
     }
 
     /// The value, or that times the mean of its texture.
@@ -424,27 +433,41 @@ impl Looks<'_> {
     }
 }
 
+/// How an alpha channel covers a texture.
+enum Cover {
+    /// This much everywhere.
+    Share(f32),
+    /// A pattern; all or nothing at a step.
+    Pattern(String, Option<f32>),
+}
+
+impl Cover {
+    fn over(&self, full: String) -> String {
+        match self {
+            Self::Share(share) if *share >= 1.0 => full,
+            Self::Share(share) if *share <= 0.0 => CLEAR.into(),
+            Self::Share(share) => finish::average(&[(1.0 - share, CLEAR.into()), (*share, full)]),
+            Self::Pattern(pattern, step) => finish::blend(pattern, CLEAR, &full, *step),
+        }
+    }
+}
+
 /// Smooth glass; as an error, what is near to it.
 fn glass(tint: Vec3) -> Result<String, String> {
-    let clear = |filter: Vec3, reflection: Vec3| {
+    let clear = |tint: Vec3| {
         format!(
-            "texture {{ pigment {{ {} filter 1 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} conserve_energy }} }}",
-            rgb(filter),
-            rgb(reflection)
+            "texture {{ pigment {{ {} filter 1 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} conserve_energy \
+             }} }}",
+            rgb(tint),
+            rgb(tint)
         )
     };
-    let w = tint.min_element();
-    if w >= 1.0 {
-        return Ok(clear(Vec3::ONE, Vec3::ONE));
+    let grey = tint.x;
+    if tint != Vec3::splat(grey) {
+        Err(clear(tint))
+    } else if grey >= 1.0 {
+        Ok(clear(tint))
+    } else {
+        Ok(finish::average(&[(grey, clear(Vec3::ONE)), (1.0 - grey, BLACK.into())]))
     }
-    if w < 0.01 {
-        return Err(clear(tint, tint));
-    }
-    let rest = (tint - w) / (1.0 - w);
-    let mirror = format!(
-        "texture {{ pigment {{ rgb 0 }} finish {{ diffuse 0 reflection {{ 0, {} fresnel on }} }} }}",
-        rgb(rest)
-    );
-    let mirror = if rest.max_element() > 0.0 { mirror } else { BLACK.into() };
-    Ok(finish::average(&[(w, clear(tint / w, Vec3::ONE)), (1.0 - w, mirror)]))
 }

@@ -30,6 +30,8 @@ mod picture;
 mod sdl;
 mod shapes;
 mod sky;
+#[cfg(test)]
+mod tests;
 mod view;
 
 use super::{Error, folder::Folder, note::Notes};

@@ -1,6 +1,6 @@
 //! Numbers and vectors as the scene language writes them: with all their digits, and never anything but numbers.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, DVec3, Vec2, Vec3};
 
 /// The shortest text that reads back as the same number; 0 where there is no number.
 pub fn num(x: f32) -> String {
@@ -13,6 +13,10 @@ pub fn num64(x: f64) -> String {
 
 pub fn vec3(v: Vec3) -> String {
     format!("<{},{},{}>", num(v.x), num(v.y), num(v.z))
+}
+
+pub fn dvec3(v: DVec3) -> String {
+    format!("<{},{},{}>", num64(v.x), num64(v.y), num64(v.z))
 }
 
 pub fn vec2(v: Vec2) -> String {

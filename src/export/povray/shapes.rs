@@ -23,6 +23,8 @@ use crate::{
 const EXTENT: f32 = 128.0;
 /// And all are within this: POV-Ray's world ends at 10⁷.
 const LARGEST: f32 = 1e6;
+/// Cosine of the angle between normals at corners and their face (8°) that is told.
+const BENT: f32 = 0.99;
 /// Textures in the list of a mesh with colours at its vertices; beyond, colours are rounded to 8 bits.
 const MOST_COLORS: usize = 4096;
 
@@ -227,6 +229,9 @@ impl Writer<'_, '_> {
     /// `shape` is the object without its closing brace.
     fn object(&mut self, shape: &str, look: &Look, outside: f32, hidden: bool, textured: bool) {
         let mut object = shape.to_owned();
+        if look.uv {
+            object.push_str(" uv_mapping");
+        }
         if textured {
             let _ = write!(object, " {}", look.texture);
             if let Some(back) = &look.back {
@@ -239,9 +244,6 @@ impl Writer<'_, '_> {
                 let _ = write!(object, " interior {{ ior {} }} no_shadow", num(ior * outside));
             }
             None => {}
-        }
-        if look.uv {
-            object.push_str(" uv_mapping");
         }
         if hidden {
             object.push_str(" no_image");
@@ -263,6 +265,14 @@ impl Writer<'_, '_> {
         listed: Option<&Material>,
     ) -> Result<Option<String>, Error> {
         let Some(part) = Part::new(mesh, slot) else { return Ok(None) };
+        let bent = part.bent();
+        if bent < BENT {
+            self.looks.notes.approximated(
+                format!("mesh `{}`", mesh.name),
+                "a normal between those at the corners that turns away from the viewer is turned round: a rim is dark \
+                 where it should be lit, where normals and faces are not alike",
+            );
+        }
         let name = self.names.unique("g", &mesh.name);
         let sdl = match listed {
             None => part.sdl(uv_set, None),

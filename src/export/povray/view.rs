@@ -8,9 +8,9 @@
 
 use std::fmt::Write;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
-use super::sdl::{num, vec3};
+use super::sdl::{dvec3, num64};
 use crate::{
     export::note::Notes,
     render::{FilterKind, Settings},
@@ -29,44 +29,52 @@ fn per_side(samples: u32) -> u32 {
 
 /// `unit` is POV-Ray units per metre.
 pub fn camera(camera: &Camera, settings: &Settings, unit: f32, notes: &mut Notes) -> String {
-    let [width, height] = settings.size.map(|n| n.max(1) as f32);
-    let [x, y, w, h] = settings.window().map(|n| n as f32);
-    let to_world = camera.to_world;
-    let direction = |v: Vec3| to_world.transform_vector3(v);
+    let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+    let [x, y, w, h] = settings.window().map(f64::from);
+    let [right, up, back] = frame(camera);
     let (half_height, orthographic) = match camera.projection {
-        Projection::Perspective { vfov } => ((0.5 * vfov).tan(), false),
-        Projection::Orthographic { half_height } => (half_height, true),
+        Projection::Perspective { vfov } => ((0.5 * f64::from(vfov)).tan(), false),
+        Projection::Orthographic { half_height } => (f64::from(half_height), true),
     };
     let pixel = 2.0 * half_height / height;
-    // Where the middle of the crop is, on the plane at distance 1.
-    let middle = Vec2::new(x + 0.5 * w - 0.5 * width, 0.5 * height - y - 0.5 * h) * pixel;
-    let (right, up) = (direction(Vec3::X) * (w * pixel), direction(Vec3::Y) * (h * pixel));
-    let position = Vec3::from(to_world.translation);
+    // To the middle of the crop, on the plane at distance 1.
+    let aside = right * (x + 0.5 * (w - width)) * pixel - up * (y + 0.5 * (h - height)) * pixel;
+    let position = Vec3::from(camera.to_world.translation).as_dvec3();
+    let unit = f64::from(unit);
     let mut out = String::from("camera {\n");
     let (location, forward, length) = if orthographic {
         out.push_str("  orthographic\n");
-        (position + direction(middle.extend(0.0)), direction(Vec3::NEG_Z), unit)
+        (position + aside, -back, unit)
     } else {
-        (position, direction(middle.extend(-1.0)), 1.0)
+        (position, aside - back, 1.0)
     };
-    let _ = writeln!(out, "  location {}\n  direction {}", vec3(location * unit), vec3(forward));
-    let _ = writeln!(out, "  right {}\n  up {}", vec3(right * length), vec3(up * length));
+    let (right, up) = (right * (w * pixel * length), up * (h * pixel * length));
+    let _ = writeln!(out, "  location {}\n  direction {}", dvec3(location * unit), dvec3(forward));
+    let _ = writeln!(out, "  right {}\n  up {}", dvec3(right), dvec3(up));
     if camera.aperture > 0.0 {
         let [least, most] = LENS_SAMPLES;
         let samples = settings.samples.clamp(least, most);
-        let focal = location + forward * camera.focus;
+        let focal = location + forward * f64::from(camera.focus);
         let _ = writeln!(
             out,
             "  aperture {} focal_point {}\n  blur_samples {samples} variance 0 confidence 0.999",
-            num(2.0 * camera.aperture * unit),
-            vec3(focal * unit)
+            num64(2.0 * f64::from(camera.aperture) * unit),
+            dvec3(focal * unit)
         );
-        if middle != Vec2::ZERO {
+        if aside != DVec3::ZERO {
             notes.approximated("the crop", "with a lens: the lens is turned to face the middle of the crop");
         }
     }
     out.push_str("}\n");
     out
+}
+
+/// Right, up and back, as square to each other as doubles can be: POV-Ray warns of less.
+fn frame(camera: &Camera) -> [DVec3; 3] {
+    let m = camera.to_world.matrix3.as_dmat3();
+    let back = m.z_axis.normalize_or(DVec3::Z);
+    let right = m.y_axis.cross(back).normalize_or(back.any_orthonormal_vector());
+    [right, back.cross(right), back]
 }
 
 /// What decides the picture besides the scene.
@@ -86,6 +94,9 @@ pub fn ini(camera: &Camera, settings: &Settings, notes: &mut Notes) -> String {
          Display=off\nVerbose=off\nPause_when_Done=off\nQuality=9\n",
     );
     let _ = write!(out, "Width={width}\nHeight={height}\n");
+    if [width, height] != settings.size {
+        out.push_str("; a crop looks aside, \"camera vectors are not perpendicular\": so they are to be\nWarning_Level=0\n");
+    }
     if lens {
         out.push_str("; the samples of the lens are those of the pixel\nAntialias=off\n");
     } else if side < 2 {
@@ -121,12 +132,19 @@ mod tests {
         Settings { size: [200, 100], ..Settings::default() }
     }
 
+    fn numbers(sdl: &str, key: &str) -> DVec3 {
+        let list = sdl.split(key).nth(1).and_then(|rest| rest.split('>').next()).expect("the key");
+        let numbers: Vec<f64> = list.split(',').map(|x| x.parse().expect("a number")).collect();
+        DVec3::from_slice(&numbers)
+    }
+
     #[test]
     fn the_frame_is_right_handed_and_exact() {
         let sdl = camera(&perspective(), &settings(), 2.0, &mut Notes::default());
         assert!(sdl.contains("location <0.0,2.0,10.0>"), "{sdl}");
-        assert!(sdl.contains("direction <0.0,0.0,-1.0>"), "{sdl}");
-        assert!(sdl.contains("right <4.0,0.0,0.0>") && sdl.contains("up <0.0,2.0,0.0>"), "{sdl}");
+        assert!(sdl.contains("direction <-0.0,-0.0,-1.0>"), "{sdl}");
+        let [right, up] = ["right <", "up <"].map(|key| numbers(&sdl, key));
+        assert!(right.abs_diff_eq(DVec3::X * 4.0, 1e-6) && up.abs_diff_eq(DVec3::Y * 2.0, 1e-6), "{sdl}");
     }
 
     #[test]
@@ -134,8 +152,9 @@ mod tests {
         let crop = Settings { crop: Some([100, 0, 100, 50]), ..settings() };
         let mut notes = Notes::default();
         let sdl = camera(&perspective(), &crop, 1.0, &mut notes);
-        assert!(sdl.contains("direction <1.0,0.5,-1.0>"), "{sdl}");
-        assert!(sdl.contains("right <2.0,0.0,0.0>") && sdl.contains("up <0.0,1.0,0.0>"), "{sdl}");
+        assert!(numbers(&sdl, "direction <").abs_diff_eq(DVec3::new(1.0, 0.5, -1.0), 1e-6), "{sdl}");
+        let [right, up] = ["right <", "up <"].map(|key| numbers(&sdl, key));
+        assert!(right.abs_diff_eq(DVec3::X * 2.0, 1e-6) && up.abs_diff_eq(DVec3::Y, 1e-6), "{sdl}");
         assert!(ini(&perspective(), &crop, &mut notes).contains("Width=100\nHeight=50\n"));
     }
 

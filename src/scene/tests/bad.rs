@@ -199,6 +199,8 @@ const CASES: &[(&str, &[Expected])] = &[
         "[output]\nfile = \"a.hdr\"\ndepth = 8\nexposure = 100\n",
         &[(3, 9, "leave it out"), (4, 12, "at most 64")],
     ),
+    ("[output]\nfile = \"a.hdr\"\nvariance = true\n", &[(3, 12, "ends in .exr")]),
+    ("[output]\nvariance = true\n", &[(2, 12, "cannot hold the variance")]),
     // Syntax.
     ("[camera\nvfov = 30\n", &[(1, 8, "unclosed table")]),
     (
