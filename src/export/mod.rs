@@ -14,6 +14,7 @@
 mod bitmap;
 mod blender;
 mod folder;
+mod fuzz;
 mod mitsuba;
 mod names;
 mod note;

@@ -5,9 +5,9 @@
 
 use glam::Vec3;
 
-use super::{Exporter, energy, fuzz, xml::Node};
+use super::{Exporter, energy, xml::Node};
 use crate::{
-    export::Error,
+    export::{Error, fuzz},
     world::{
         Alpha, ColorInput, Fresnel, Material, MaterialId, MetalFinish, NormalMap, Pbr, ScalarInput, Surface,
     },

@@ -14,7 +14,6 @@
 mod bounds;
 mod camera;
 mod energy;
-mod fuzz;
 mod light;
 mod material;
 mod ply;

@@ -13,12 +13,8 @@ fn world(surface: Surface) -> World {
         aperture: 0.0,
         focus: 1.0,
     };
-    let environment = Environment {
-        kind: EnvironmentKind::Color(Vec3::ZERO),
-        strength: 1.0,
-        rotation: 0.0,
-        visible: true,
-    };
+    let environment =
+        Environment { kind: EnvironmentKind::Color(Vec3::ZERO), strength: 1.0, rotation: 0.0, visible: true };
     let mut model = Model::default();
     model.materials.push(Material::new("it\" } #debug", surface));
     let spheres = vec![Sphere { center: Vec3::X, radius: 64.0, material: MaterialId(0) }];
@@ -47,10 +43,13 @@ fn exported(world: &World) -> (String, Vec<crate::export::Note>) {
 #[test]
 fn names_stay_names() {
     let (scene, notes) = exported(&world(diffuse()));
-    assert!(scene.contains(
-        "#declare m_it_____debug = texture { pigment { rgb <0.25,0.5,0.75> } finish { diffuse 1.0 } }\n\
+    assert!(
+        scene.contains(
+            "#declare m_it_____debug = texture { pigment { rgb <0.25,0.5,0.75> } finish { diffuse 1.0 } }\n\
          sphere { <1.0,0.0,0.0>, 64.0 texture { m_it_____debug } }\n"
-    ), "{scene}");
+        ),
+        "{scene}"
+    );
     assert!(notes.is_empty(), "{notes:?}");
     assert!(scene.contains("max_trace_level 6 adc_bailout 1e-5"));
 }
@@ -90,8 +89,13 @@ fn a_texture_is_placed_by_the_inverse_of_its_lookup() {
     world.model.materials[0].surface =
         Surface::Diffuse { color: ColorInput { factor: Vec3::ONE, texture: Some(texture) } };
     world.spheres.clear();
-    let quad =
-        Quad { origin: Vec3::ZERO, u: 64.0 * Vec3::X, v: 64.0 * Vec3::Y, round: false, material: MaterialId(0) };
+    let quad = Quad {
+        origin: Vec3::ZERO,
+        u: 64.0 * Vec3::X,
+        v: 64.0 * Vec3::Y,
+        round: false,
+        material: MaterialId(0),
+    };
     world.quads.push(quad);
     let (scene, notes) = exported(&world);
     // v' = 1 − 4v, so v = ¼ − v' / 4
