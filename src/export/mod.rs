@@ -14,7 +14,6 @@
 mod bitmap;
 mod blender;
 mod folder;
-#[allow(dead_code)] // until each exporter uses its own
 mod fuzz;
 mod mitsuba;
 mod names;

@@ -323,7 +323,8 @@ impl Exporter<'_> {
         self.notes.approximated(
             subject(material),
             "the normal map lies in the frame of ∂p/∂u of each triangle, not in interpolated MikkTSpace tangents; normals \
-             that lean out of sight are turned round, not back",
+             that lean out of sight are turned round, and those that mirror into the surface are black, where rayo bends \
+             them back",
         );
         let normals = self.normals("normalmap", &map.texture, map.scale, variant.mirrored)?;
         Ok(Node::plugin("bsdf", "normalmap")

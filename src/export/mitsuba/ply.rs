@@ -12,6 +12,8 @@ pub struct Part {
     pub slot: u16,
     /// The UV set that is written.
     pub uv_set: u8,
+    /// Whole textures by which the UV is moved back.
+    pub uv_shift: Vec2,
     /// Vertex colours times this, and vertex alpha times this; `None` writes neither.
     pub colors: Option<(Vec3, f32)>,
     /// Only triangles whose bitangent has this sign.
@@ -63,7 +65,7 @@ pub fn encode(mesh: &Mesh, part: &Part) -> Option<Ply> {
                     put(bytes, &normal(n).to_array());
                 }
                 if let Some(uv) = uvs.get(i as usize) {
-                    put(bytes, &uv.to_array());
+                    put(bytes, &(*uv - part.uv_shift).to_array());
                 }
                 if let Some((factor, alpha)) = part.colors {
                     let color = mesh.colors.get(i as usize).copied().unwrap_or(Vec4::ONE);
@@ -158,5 +160,87 @@ impl Vertices {
         self.known.insert(key, self.count);
         self.count += 1;
         self.count - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, 2.0 * Vec3::X],
+            normals: vec![Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Z],
+            uvs: [
+                vec![Vec2::new(0.0, 2.0), Vec2::new(1.0, 2.0), Vec2::new(0.0, 1.0), Vec2::ZERO],
+                Vec::new(),
+            ],
+            triangles: vec![[0, 1, 2], [0, 1, 3], [2, 1, 0]],
+            slots: vec![0, 0, 1],
+            ..Mesh::default()
+        }
+    }
+
+    const PART: Part = Part {
+        slot: 0,
+        uv_set: 1,
+        uv_shift: Vec2::Y,
+        colors: Some((Vec3::new(0.5, 1.0, 2.0), 0.25)),
+        handedness: None,
+        inset: 0.0,
+        to_world: None,
+    };
+
+    /// Header, the numbers of the vertices, the indices of the triangles.
+    fn decode(part: &Part) -> (String, Vec<f32>, Vec<u32>) {
+        let bytes = encode(&mesh(), part).expect("has triangles").bytes;
+        let end = bytes.windows(11).position(|w| w == b"end_header\n").expect("header") + 11;
+        let header = String::from_utf8(bytes[..end].to_vec()).expect("ASCII");
+        let count = |what: &str| -> usize {
+            let line = header.lines().find(|l| l.starts_with(what)).expect("counted");
+            line.rsplit(' ').next().and_then(|n| n.parse().ok()).expect("a number")
+        };
+        let properties = header.matches("property float").count();
+        let (vertices, faces) = bytes[end..].split_at(4 * properties * count("element vertex"));
+        let word = |b: &[u8]| [b[0], b[1], b[2], b[3]];
+        let numbers = vertices.chunks(4).map(|b| f32::from_le_bytes(word(b))).collect();
+        assert_eq!(faces.len(), 13 * count("element face"));
+        let indices = faces.chunks(13).flat_map(|f| f[1..].chunks(4)).map(|b| u32::from_le_bytes(word(b)));
+        (header, numbers, indices.collect())
+    }
+
+    #[test]
+    fn a_part_has_its_triangles_with_an_area_and_their_vertices() {
+        let (header, numbers, indices) = decode(&PART);
+        assert!(header.contains("element vertex 3\n") && header.contains("element face 1\n"), "{header}");
+        assert_eq!(indices, [0, 1, 2]);
+        // position, normal, UV of the only set there is, colour, opacity
+        assert_eq!(numbers[12..24], [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.5, 1.0, 2.0, 0.25]);
+    }
+
+    #[test]
+    fn normals_keep_to_the_front_that_the_winding_says() {
+        let (_, numbers, _) = decode(&Part { slot: 1, ..PART });
+        assert_eq!(numbers[3..6], [0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn mirrors_turn_triangles_over_and_not_normals() {
+        let mirror = Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+        let (_, numbers, indices) = decode(&Part { to_world: Some(mirror), ..PART });
+        // the first vertex, then the third
+        assert_eq!((indices, &numbers[12..18]), (vec![0, 1, 2], &[0.0, 1.0, 0.0, 0.0, 0.0, 1.0][..]));
+        assert_eq!(numbers[24..27], [-1.0, 0.0, 0.0]);
+    }
+
+    /// v grows downwards in the picture: laid out as it is seen, a triangle's bitangent is cross(normal, ∂p/∂u).
+    #[test]
+    fn handedness_follows_the_layout_of_the_uvs() {
+        let mut mesh = mesh();
+        assert_eq!(handedness(&mesh, [0, 1, 2]), 1.0);
+        for uv in &mut mesh.uvs[0] {
+            uv.x = -uv.x;
+        }
+        assert_eq!(handedness(&mesh, [0, 1, 2]), -1.0);
     }
 }

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine2, Affine3A, Mat3A, Vec2, Vec3, Vec3A};
 
 use super::{
     Exporter,
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     export::Error,
-    world::{Alpha, Emission, Instance, Material, MaterialId, Mesh, Quad, Sphere, Surface, TextureRef},
+    world::{Alpha, Emission, Instance, Material, MaterialId, Mesh, Quad, Sphere, Surface, TextureRef, Wrap},
 };
 
 /// How far below the front the back of a two-sided emitter lies, relative to its size.
@@ -210,9 +210,11 @@ impl<'a> Exporter<'a> {
         }
         let colored = material.vertex_colors && !mesh.colors.is_empty();
         let factor = material::base(material).map_or(Vec3::ONE, |color| color.factor);
+        let uv_set = self.uv_set(material, mesh);
         let part = Part {
             slot,
-            uv_set: self.uv_set(material, mesh),
+            uv_set,
+            uv_shift: self.uv_shift(material, mesh, uv_set),
             colors: colored.then_some((factor, material.coverage.factor)),
             handedness,
             inset: 0.0,
@@ -238,7 +240,7 @@ impl<'a> Exporter<'a> {
         if let Some(light) = emission(material)
             && light.color.texture.is_some()
         {
-            self.check_parameters(material, mesh, &light.color.texture, part.uv_set);
+            self.check_parameters(material, mesh, &light.color.texture, &part);
         }
         self.place(front, id, variant, |wanted| back.filter(|_| wanted))
     }
@@ -326,10 +328,32 @@ impl<'a> Exporter<'a> {
         set
     }
 
+    /// The whole textures by which UVs may be moved, for an emitter whose UVs ought to lie in the unit square.
+    fn uv_shift(&self, material: &Material, mesh: &Mesh, uv_set: u8) -> Vec2 {
+        let textured = emission(material).is_some_and(|light| light.color.texture.is_some());
+        let repeats = |t: &TextureRef| {
+            let texture = self.texture(t);
+            let plain = t.transform == Affine2::IDENTITY;
+            plain && texture.wrap_u == Wrap::Repeat && texture.wrap_v == Wrap::Repeat
+        };
+        if !textured || !textures(material).iter().all(repeats) {
+            return Vec2::ZERO;
+        }
+        let least = ply::set(mesh, uv_set).iter().fold(Vec2::MAX, |least, &uv| least.min(uv));
+        if least.is_finite() { least.floor() } else { Vec2::ZERO }
+    }
+
     /// Mitsuba picks points of a textured emitter by UV, and must find them.
-    fn check_parameters(&mut self, material: &Material, mesh: &Mesh, texture: &Option<TextureRef>, set: u8) {
-        let uvs = ply::set(mesh, set);
-        let unit = uvs.iter().all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0);
+    fn check_parameters(
+        &mut self,
+        material: &Material,
+        mesh: &Mesh,
+        texture: &Option<TextureRef>,
+        part: &Part,
+    ) {
+        let uvs = ply::set(mesh, part.uv_set);
+        let moved = |uv: &Vec2| *uv - part.uv_shift;
+        let unit = uvs.iter().map(moved).all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0);
         let covered: f32 = mesh
             .triangles
             .iter()
@@ -339,7 +363,7 @@ impl<'a> Exporter<'a> {
                 Some(0.5 * (b - a).perp_dot(c - a).abs())
             })
             .sum();
-        let whole = texture.is_none_or(|t| t.transform == glam::Affine2::IDENTITY);
+        let whole = texture.is_none_or(|t| t.transform == Affine2::IDENTITY);
         if !unit || covered > 1.001 || !whole {
             self.notes.approximated(
                 material::subject(material),
