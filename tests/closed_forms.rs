@@ -300,6 +300,19 @@ fn blended_surfaces_cover_their_share_of_light_and_view() {
 }
 
 #[test]
+fn a_lamp_that_covers_a_quarter_gives_a_quarter_of_its_light() {
+    let mut veiled = lamp(2.0);
+    veiled.alpha = Alpha::Blend;
+    veiled.coverage = ScalarInput::constant(0.25);
+    // under the centre of a parallel disk, as above
+    Stage::from_above(0.9)
+        .square(Vec3::ZERO, Vec3::Y, 0.1, diffuse(0.6))
+        .square(Vec3::Y, Vec3::NEG_Y, 1.5, veiled)
+        .round()
+        .expect(16384, 0.25 * 0.6 * 2.0 * 2.25 / 3.25);
+}
+
+#[test]
 fn masked_surfaces_are_there_or_not() {
     for (coverage, expected) in [(0.49, 1.0), (0.51, 0.0)] {
         let mut hole = metal(0.0, MetalFinish::Fuzz(0.0));

@@ -99,18 +99,11 @@ impl Scene {
 
     /// UVs and vertex colour at a hit: what coverage and emission depend on.
     pub fn uvs_and_color(&self, ray: &Ray, hit: &Hit) -> ([Vec2; 2], Vec4) {
-        let object = &self.objects[hit.object as usize];
-        match &object.kind {
-            ObjectKind::Instance { mesh, .. } => {
-                let mesh = &self.meshes[mesh.index()];
-                let (corners, b) = (mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v));
-                (mesh.uvs_at(corners, b), mesh.color_at(corners, b))
-            }
-            ObjectKind::Sphere { center, radius } => {
-                ([sphere_uv((ray.at(hit.t) - center) / *radius); 2], Vec4::ONE)
-            }
-            ObjectKind::Quad { .. } => ([Vec2::new(hit.u, 1.0 - hit.v); 2], Vec4::ONE),
-        }
+        let normal = match &self.objects[hit.object as usize].kind {
+            ObjectKind::Sphere { center, radius } => (ray.at(hit.t) - center) / *radius,
+            ObjectKind::Instance { .. } | ObjectKind::Quad { .. } => Vec3::ZERO,
+        };
+        self.uvs_and_color_at(hit, normal)
     }
 
     /// The share of what is behind that a hit hides. Unlit surfaces are there for camera rays alone.
@@ -131,16 +124,25 @@ impl Scene {
         }
     }
 
-    /// UVs of a point on a light that was chosen, not hit: `hit.u` and `hit.v` as a hit has them, but on a sphere,
+    /// As [`emission`](Self::emission) of a point on a light that was chosen, not hit, times the share of the surface that is
+    /// there: rays that meet it by chance pass the rest. `hit.u` and `hit.v` are as a hit has them, but on a sphere,
     /// where the normal says where the point is.
-    pub fn uvs_on_light(&self, hit: &Hit, normal: Vec3) -> [Vec2; 2] {
+    pub fn emission_of_light(&self, hit: &Hit, normal: Vec3, front: bool) -> Vec3 {
+        let (uvs, color) = self.uvs_and_color_at(hit, normal);
+        let coverage = material::coverage(self.material(hit), &self.textures, &uvs, color);
+        coverage * self.emission(hit, &uvs, front)
+    }
+
+    /// `normal` is of use on spheres alone.
+    fn uvs_and_color_at(&self, hit: &Hit, normal: Vec3) -> ([Vec2; 2], Vec4) {
         match &self.objects[hit.object as usize].kind {
             ObjectKind::Instance { mesh, .. } => {
                 let mesh = &self.meshes[mesh.index()];
-                mesh.uvs_at(mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v))
+                let (corners, b) = (mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v));
+                (mesh.uvs_at(corners, b), mesh.color_at(corners, b))
             }
-            ObjectKind::Sphere { .. } => [sphere_uv(normal); 2],
-            ObjectKind::Quad { .. } => [Vec2::new(hit.u, 1.0 - hit.v); 2],
+            ObjectKind::Sphere { .. } => ([sphere_uv(normal); 2], Vec4::ONE),
+            ObjectKind::Quad { .. } => ([Vec2::new(hit.u, 1.0 - hit.v); 2], Vec4::ONE),
         }
     }
 

@@ -198,8 +198,7 @@ fn light_radiance(scene: &Scene, light: &LightSample) -> Vec3 {
         Source::Radiance(radiance) => *radiance,
         Source::Surface { object, primitive, normal, uv, .. } => {
             let hit = Hit { t: light.distance, u: uv.x, v: uv.y, object: *object, primitive: *primitive };
-            let uvs = scene.uvs_on_light(&hit, *normal);
-            scene.emission(&hit, &uvs, light.wi.dot(*normal) < 0.0)
+            scene.emission_of_light(&hit, *normal, light.wi.dot(*normal) < 0.0)
         }
     }
 }
