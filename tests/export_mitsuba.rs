@@ -75,7 +75,7 @@ size = [8, 8]
 bounces = 0
 filter = { type = "box", width = 1 }
 [camera]
-position = [0, 5, 0]
+position = [0, 1, 0]
 target = [0, 0, 0]
 up = [0, 0, -1]
 ortho_height = 0.05

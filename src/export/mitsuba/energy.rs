@@ -93,7 +93,8 @@ impl Plastic {
         let part =
             |side, kind| mean(&facets, side, |s| if s.kind == kind { g1(s.wi.z.abs(), alpha) } else { 0.0 });
         let transmitted = part(1.0, Kind::Transmission);
-        let internal = part(-1.0, Kind::Glossy);
+        // Mitsuba takes the mean of 64 equidistant values, the ends included, where an integral has them by half.
+        let internal = part(-1.0, Kind::Glossy) * 63.0 / 64.0;
         let diffuse = transmitted * transmitted / (ior * ior * (1.0 - internal));
         let rest = 1.0 - reflected;
         Self { specular: reflected / part(1.0, Kind::Glossy), diffuse: rest / diffuse, rest }
