@@ -4,6 +4,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use assert_cmd::Command;
@@ -13,6 +14,8 @@ use rayo::{
     validate::{Peer, Task},
     world::Texels,
 };
+
+const LIMIT: Duration = Duration::from_secs(120);
 
 fn peer() -> Option<Peer> {
     let python = std::env::var_os("RAYO_PYTHON").map(PathBuf::from);
@@ -59,7 +62,7 @@ fn render(peer: &Peer, scene: &str, samples: u32) -> [Picture; 2] {
     rayo(root, &["export", "scene.toml", "--to", "mitsuba", "-o", "out"]);
     let (out, picture) = (root.join("out"), root.join("peer.exr"));
     let run = peer
-        .render(&Task { folder: &out, picture: &picture, samples, seed: 1, threads: 2 })
+        .render(&Task { folder: &out, picture: &picture, samples, seed: 1, threads: None, limit: LIMIT })
         .expect("rendered");
     assert_eq!(run.complaints, Vec::<String>::new());
     rayo(root, &["render", "scene.toml", "-q", "-o", "ours.exr", "--samples", &samples.to_string()]);
@@ -72,7 +75,7 @@ size = [8, 8]
 bounces = 0
 filter = { type = "box", width = 1 }
 [camera]
-position = [0, 5, 0]
+position = [0, 1, 0]
 target = [0, 0, 0]
 up = [0, 0, -1]
 ortho_height = 0.05

@@ -130,7 +130,8 @@ pub fn document(comment: &str, root: &Node) -> std::io::Result<Vec<u8>> {
 
 /// The shortest digits that read back as the same numbers.
 fn spaced(numbers: &[f32]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(f32::to_string).collect();
+    // (no −0)
+    let numbers: Vec<String> = numbers.iter().map(|n| (n + 0.0).to_string()).collect();
     numbers.join(" ")
 }
 
