@@ -1,6 +1,10 @@
-//! What the README and docs/compare.md say is tried: their commands' files and flags, the scene, the links.
+//! What the README, docs/compare.md and docs/validation.md say is tried: their commands' files and flags, the scene, the links.
 
-use std::{fs, path::Path, process::Command};
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
 
 use assert_cmd::cargo::cargo_bin;
 
@@ -19,35 +23,56 @@ fn blocks_of(page: &str, language: &str) -> Vec<String> {
     text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
 }
 
+/// Runs a command of a page in `folder`, with the repository's files by their whole names, and `small` where it makes pictures.
+fn run(line: &str, folder: &Path, small: &[&str]) -> Output {
+    let mut words = line.split_whitespace();
+    assert_eq!(words.next(), Some("rayo"), "a command of rayo: {line}");
+    let command = words.next().expect("a command");
+    let arguments = words.map(|word| match root().join(word) {
+        file if file.is_file() => file.into_os_string(),
+        _ => word.into(),
+    });
+    let small = if command == "compare" { &[] } else { small };
+    let mut rayo = Command::new(cargo_bin("rayo"));
+    rayo.arg(command).args(arguments).args(small).current_dir(folder).output().expect("runs")
+}
+
+/// The other renderers need not be there.
+fn works(line: &str, output: &Output) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let alone = line.contains("rayo validate") && said.contains("was not found");
+    assert!(output.status.success() || alone, "{line}: {said}");
+}
+
 /// Each `rayo …` command runs as it stands, made small by flags that come last.
 #[test]
 fn commands_work() {
     let folder = tempfile::tempdir().expect("folder");
-    let mut tried = 0;
-    for line in blocks("sh").iter().flat_map(|block| block.lines()) {
-        let Some(command) =
-            line.strip_prefix("rayo ").or_else(|| line.strip_prefix("cargo run --release -- "))
-        else {
-            continue;
-        };
-        let arguments = command.split_whitespace().map(|word| match root().join(word) {
-            file if file.is_file() => file.into_os_string(),
-            _ => word.into(),
-        });
-        let small: &[&str] =
-            if command.starts_with("render ") { &["--size", "24x16", "--samples", "2"] } else { &[] };
-        let output = Command::new(cargo_bin("rayo"))
-            .args(arguments)
-            .args(small)
-            .current_dir(folder.path())
-            .output()
-            .expect("runs");
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        tried += 1;
+    let lines: Vec<String> = blocks("sh")
+        .iter()
+        .flat_map(|block| block.lines())
+        .map(|line| line.replace("cargo run --release -- ", "rayo "))
+        .filter(|line| line.starts_with("rayo "))
+        .collect();
+    for line in &lines {
+        works(line, &run(line, folder.path(), &["--size", "24x16", "--samples", "2"]));
     }
-    assert_eq!(tried, 5);
-    for picture in ["cover.png", "tea-jar.png", "jar.exr", "draft.exr"] {
+    assert_eq!(lines.len(), 7);
+    for picture in ["cover.png", "tea-jar.png", "jar.exr", "draft.exr", "cornell-blender/scene.py"] {
         assert!(folder.path().join(picture).is_file(), "{picture}");
+    }
+}
+
+/// Those of docs/validation.md: every export, and validations of one scene.
+#[test]
+fn commands_on_validation_work() {
+    let folder = tempfile::tempdir().expect("folder");
+    for line in blocks_of("docs/validation.md", "sh").concat().lines() {
+        let line = line.replace("*.toml", "sun.toml");
+        works(&line, &run(&line, folder.path(), &["--size", "24x16", "--samples", "2"]));
+    }
+    for file in ["cornell-blender/scene.json", "cornell-povray/scene.ini", "cornell-mitsuba/scene.xml"] {
+        assert!(folder.path().join(file).is_file(), "{file}");
     }
 }
 
@@ -57,20 +82,8 @@ fn commands_on_comparing_work() {
     let folder = tempfile::tempdir().expect("folder");
     let commands = blocks_of("docs/compare.md", "sh").concat();
     for line in commands.lines() {
-        let words = line.strip_prefix("rayo ").expect("a command of rayo").split_whitespace();
-        let arguments = words.map(|word| match root().join(word) {
-            file if file.is_file() => file.into_os_string(),
-            _ => word.into(),
-        });
-        let small: &[&str] =
-            if line.contains(" render ") { &["--size", "48x32", "--samples", "8"] } else { &[] };
-        let output = Command::new(cargo_bin("rayo"))
-            .args(arguments)
-            .args(small)
-            .current_dir(folder.path())
-            .output()
-            .expect("runs");
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        let output = run(line, folder.path(), &["--size", "48x32", "--samples", "8"]);
+        works(line, &output);
         let table = String::from_utf8_lossy(&output.stdout);
         assert_eq!(
             line.ends_with("compare one.exr other.exr"),
