@@ -13,6 +13,7 @@
 
 mod bounds;
 mod camera;
+mod culling;
 mod energy;
 mod light;
 mod material;
@@ -76,6 +77,12 @@ pub fn write(
         exporter.sensor(settings),
     ];
     exporter.shapes()?;
+    for material in culling::shown_backs(world) {
+        exporter.notes.approximated(
+            material::subject(material),
+            "the camera sees backs that it should see through, where there are any in sight: Mitsuba culls nothing",
+        );
+    }
     let [width, height] = settings.size;
     let lights = exporter.lights(hidden, width as f32 / height.max(1) as f32)?;
     head.append(&mut exporter.nodes);
