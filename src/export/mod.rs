@@ -7,9 +7,9 @@
 //!
 //! | target | files | units and axes |
 //! |---|---|---|
-//! | [`blender`] | `scene.py`, `scene.json`, NumPy arrays, textures | +Z up; W instead of W/sr for lamps |
-//! | [`povray`] | `scene.pov`, `scene.ini`, meshes, textures | left-handed; lights as irradiance over π |
-//! | [`mitsuba`] | `scene.xml`, PLY meshes, textures | as here |
+//! | `blender` | `scene.py`, `scene.json`, NumPy arrays, textures | +Z up; W instead of W/sr for lamps |
+//! | `povray` | `scene.pov`, `scene.ini`, meshes, textures | left-handed; lights as irradiance over π |
+//! | `mitsuba` | `scene.xml`, PLY meshes, textures | as here |
 
 mod bitmap;
 mod blender;
