@@ -26,12 +26,12 @@ type = "metal"
 material = "mirror"
 "##;
 
-/// Says that it is POV-Ray, and hands out the picture beside it.
+/// Says that it is POV-Ray, and hands out the picture beside it. Like POV-Ray, it takes no name with a space in it.
 const STAND_IN: &str = r#"#!/bin/sh
 case "$*" in
 *--version*) echo "POV-Ray 3.7.stand-in" >&2 ;;
 *) echo "Parse Warning: only a stand-in"
-   for a in "$@"; do case "$a" in +O*) cp "$(dirname "$0")/picture.exr" "${a#+O}" ;; esac; done ;;
+   for a in "$@"; do case "$a" in *" "*) exit 9 ;; +O*) cp "$(dirname "$0")/picture.exr" "${a#+O}" ;; esac; done ;;
 esac
 "#;
 
@@ -84,7 +84,23 @@ fn pictures_are_compared_reported_and_kept() {
     assert!(folder.join("out/ball/povray/scene.pov").is_file());
     assert!(folder.join("kept/ball.povray.exr").is_file());
     let manifest = fs::read_to_string(folder.join("kept/ball.povray.json")).expect("manifest");
-    assert!(manifest.contains("POV-Ray 3.7.stand-in") && manifest.contains("\"samples\": 4"), "{manifest}");
+    assert!(manifest.contains("POV-Ray 3.7.stand-in") && manifest.contains("\"samples\": 5"), "{manifest}");
+}
+
+#[test]
+fn a_scene_that_cannot_be_loaded_does_not_cost_the_others() {
+    let folder = folder();
+    let folder = folder.path();
+    rayo(folder, "render ball.toml -o bin/picture.exr --samples 4 -q");
+    let mut command = Command::new(cargo_bin("rayo"));
+    let path = format!("{}:/usr/bin:/bin", folder.join("bin").display());
+    let arguments = ["validate", "ball.toml", "none.toml", "--against", "povray", "-o", "out of here"];
+    let output = command.current_dir(folder).env("PATH", path).args(arguments).output().expect("runs");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("none.toml") && said(&output).contains("1 scenes could not be loaded"));
+    for file in ["index.html", "results.json", "ball/rayo.exr", "ball/povray.exr"] {
+        assert!(folder.join("out of here").join(file).is_file(), "{file}: {}", said(&output));
+    }
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     to: Name,
 
-    /// Folder to write, made where it does not exist
+    /// Folder to write, made where it does not exist; files of an earlier export in it are replaced
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
 
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             args.to.target().name(),
             lines(&notes)
         )),
-        Error::Folder { .. } => Failure::BadInput(format!("error: {error}")),
+        Error::Folder { .. } | Error::Foreign(_) => Failure::BadInput(format!("error: {error}")),
         other => Failure::Failed(format!("error: {other}")),
     })?;
     if !args.quiet {

@@ -26,8 +26,8 @@ use crate::{
 
 /// Render scenes with other renderers too, and report how far the pictures are apart
 ///
-/// Exports each scene, renders it here and with every renderer named, all with the same number of samples and a box filter
-/// of one pixel, and compares every pair. The report is DIR/index.html, the numbers are in DIR/results.json; exports,
+/// Exports each scene, renders it here and with every renderer named, all with the same number of samples (POV-Ray takes at most
+/// 82 where there is no lens) and a box filter of one pixel, and compares every pair. The report is DIR/index.html, the numbers are in DIR/results.json; exports,
 /// pictures and logs stay beside them.
 #[derive(Debug, clap::Args)]
 #[command(args_override_self = true)]
@@ -75,16 +75,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Failure::BadInput(format!("error: the folder {} cannot be made: {e}", folder.display()))
         })?;
     }
-    let mut names = Vec::new();
-    let (mut results, mut faults) = (Results { scenes: Vec::new() }, 0);
+    // What lies beside the scenes' folders.
+    let mut names = vec!["index.html".into(), "results.json".into()];
+    let (mut results, mut faults, mut unread) = (Results { scenes: Vec::new() }, 0, 0);
     let (mut groups, mut pairs) = (Vec::new(), Vec::new());
     for file in &args.files {
         let name = unique_name(file, &mut names);
-        let Job { mut render, world, .. } = job::load(file, |render, _| {
+        let job = job::load(file, |render, _| {
             args.basics.apply(render);
             render.threads = args.threads.or(render.threads);
             job::check(render)
-        })?;
+        });
+        let Job { mut render, world, .. } = match job {
+            Ok(job) => job,
+            Err(Failure::BadInput(message)) => {
+                say(message.trim_end());
+                unread += 1;
+                continue;
+            }
+            Err(other) => return Err(other),
+        };
+        if render.crop.is_some() {
+            say(format!("warning: {name}: the crop is left out: whole pictures are compared"));
+        }
         if !args.quiet && !world.model.warnings.is_empty() {
             say(diagnostic::render(&world.model.warnings, has_color()).trim_end());
         }
@@ -119,12 +132,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         take("rayo", shot);
         // This program first.
         shots.sort_by_key(|shot| shot.target);
-        if let Some(folder) = &args.keep {
-            keep(folder, &name, &shots, &render)?;
+        for shot in &shots {
+            shot.save(&folder.join(shot.key()).with_extension("exr"), &render).map_err(failed)?;
         }
-        let group = group(&name, file, &shots);
+        if let Some(folder) = &args.keep {
+            keep(folder, &name, file, &shots, &render)?;
+        }
+        let group = group(&name, file, &shots, &render);
         let measured = report::measure(&group).map_err(failed)?;
-        let scene = SceneResults::new(&name, render.size, &shots, &measured);
+        let scene = SceneResults::new(&name, &render, &shots, &measured);
         if results.scenes.is_empty() {
             print(TABLE_HEAD)?;
         }
@@ -136,7 +152,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = Report {
         title: "Agreement between renderers".into(),
         notes: vec![
-            "Every renderer has the same number of samples and a box filter of one pixel. Noise is half of what two \
+            "Every renderer has the same number of samples (POV-Ray at most 82, without a lens) and a box filter of one pixel. Noise is half of what two \
              pictures of half the samples differ by: the root of the relMSE that the picture owes to it."
                 .into(),
         ],
@@ -153,11 +169,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         say(format!("wrote {}", args.output.join("index.html").display()));
     }
-    match faults {
-        0 => Ok(()),
-        n => {
+    match (unread, faults) {
+        (0, 0) => Ok(()),
+        (0, n) => {
             Err(Failure::Failed(format!("error: {n} pictures could not be made; the report has the others")))
         }
+        (n, _) => Err(Failure::BadInput(format!(
+            "error: {n} scenes could not be loaded; the report has the others"
+        ))),
     }
 }
 
@@ -202,7 +221,7 @@ fn unique_name(file: &Path, taken: &mut Vec<String>) -> String {
 }
 
 /// A scene's part of the report.
-fn group(name: &str, file: &Path, shots: &[Shot]) -> Group {
+fn group(name: &str, file: &Path, shots: &[Shot], settings: &Settings) -> Group {
     let entry = |shot: &Shot| {
         let mut details = vec![
             ("Program".into(), shot.program.clone()),
@@ -217,7 +236,19 @@ fn group(name: &str, file: &Path, shots: &[Shot]) -> Group {
         shots.iter().flat_map(|shot| shot.notes.iter().map(|note| format!("{}: {note}", shot.name())));
     Group {
         name: name.to_owned(),
-        description: file.display().to_string(),
+        description: format!(
+            "{}: {} × {} pixels, {} samples asked for, seed {}, box filter of 1 pixel, bounces: {} in all, {} diffuse, \
+             {} glossy, {} transmitted",
+            file.display(),
+            settings.size[0],
+            settings.size[1],
+            settings.samples,
+            settings.seed,
+            settings.bounces.total,
+            settings.bounces.diffuse,
+            settings.bounces.glossy,
+            settings.bounces.transmission,
+        ),
         notes: notes.collect(),
         pictures: shots.iter().map(entry).collect(),
         pairs: Pairs::All,
@@ -229,11 +260,18 @@ fn failed(error: impl std::fmt::Display) -> Failure {
 }
 
 /// Keeps the peers' pictures as references.
-fn keep(folder: &Path, name: &str, shots: &[Shot], settings: &Settings) -> Result<(), Failure> {
+fn keep(folder: &Path, name: &str, file: &Path, shots: &[Shot], settings: &Settings) -> Result<(), Failure> {
     for shot in shots {
         let Some(target) = shot.target else { continue };
         let key = target.key();
-        let made_by = format!("rayo validate {name} --against {key} --samples {}", shot.samples);
+        let [width, height] = settings.size;
+        let made_by = format!(
+            "rayo {}: rayo validate {} --against {key} --size {width}x{height} --samples {} --seed {}",
+            env!("CARGO_PKG_VERSION"),
+            file.display(),
+            settings.samples,
+            settings.seed,
+        );
         let stem = folder.join(format!("{name}.{key}"));
         Manifest::new(shot, settings, made_by).write(&stem, &shot.picture, settings.seed).map_err(failed)?;
     }

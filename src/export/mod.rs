@@ -48,6 +48,8 @@ pub struct Options {
 pub struct Export {
     /// How to render it, from inside the folder, to `scene.exr` there.
     pub command: &'static str,
+    /// Per pixel, as the folder has it: POV-Ray cannot take any number.
+    pub samples: u32,
     pub notes: Vec<Note>,
 }
 
@@ -55,6 +57,8 @@ pub struct Export {
 pub enum Error {
     #[error("cannot create the folder {folder}: {problem}")]
     Folder { folder: String, problem: String },
+    #[error("{0} is in the way: no export wrote it; choose another folder, or move it")]
+    Foreign(String),
     /// Refused by [`Options::strict`].
     #[error("the scene cannot be expressed exactly")]
     Inexact(Vec<Note>),
@@ -64,7 +68,8 @@ pub enum Error {
     Output(#[from] output::Error),
 }
 
-/// Writes `world` into `folder`, which is made where it does not exist; files of the same names are replaced.
+/// Writes `world` into `folder`, which is made where it does not exist; files of an earlier export are replaced, any
+/// other is an error.
 pub fn export(
     world: &World,
     settings: &render::Settings,
@@ -85,7 +90,11 @@ pub fn export(
     }
     out.write("NOTES.md", note::page(target.name(), command, &notes).as_bytes())?;
     out.publish()?;
-    Ok(Export { command, notes })
+    let samples = match target {
+        Target::Povray => povray::samples(world, settings),
+        Target::Blender | Target::Mitsuba => settings.samples,
+    };
+    Ok(Export { command, samples, notes })
 }
 
 impl Target {

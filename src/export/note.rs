@@ -65,6 +65,11 @@ impl Notes {
                 &mut note.subjects
             }
         };
+        // Names come from files, and go to terminals.
+        let subject: String = subject
+            .chars()
+            .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
+            .collect();
         if !subject.is_empty() && !subjects.contains(&subject) {
             subjects.push(subject);
         }
@@ -81,7 +86,7 @@ impl Notes {
 pub fn page(target: &str, command: &str, notes: &[Note]) -> String {
     let mut page = format!("# For {target}, by rayo {}\n\n    {command}\n\n", env!("CARGO_PKG_VERSION"));
     if notes.is_empty() {
-        page.push_str("Everything in the scene is expressed exactly.\n");
+        page.push_str("Nothing in the scene had to be approximated or dropped.\n");
     }
     for note in notes {
         let _ = writeln!(page, "- {note}");

@@ -23,6 +23,7 @@ use crate::{
     compare::{self, metrics},
     compile::compile,
     export::{self, Note, Options, Target},
+    output::{self, Depth, Facts},
     render::{self, FilterKind, Monitor, PixelFilter},
     world::World,
 };
@@ -60,6 +61,19 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// Writes the picture: float EXR.
+    pub fn save(&self, file: &Path, settings: &render::Settings) -> Result<(), output::Error> {
+        let facts = Facts {
+            samples_per_pixel: self.samples as f32,
+            noise: self.noise.map(|noise| noise as f32),
+            seed: settings.seed,
+            size: settings.size,
+            origin: [0; 2],
+        };
+        let exr = output::Settings { file: file.to_owned(), depth: Depth::High, ..Default::default() };
+        output::write_file(file, &output::encode(&self.picture, None, &exr, &facts)?.bytes)
+    }
+
     /// The renderer, as it is called in commands and file names.
     pub fn key(&self) -> &'static str {
         self.target.map_or("rayo", Target::key)
@@ -129,11 +143,6 @@ pub fn peer_shot(subject: &Subject, peer: &Peer) -> Result<Shot, Error> {
         .map_err(|problem| Error::Folder { folder: subject.folder.to_owned(), problem })?;
     let key = peer.target.key();
     let exported = folder.join(key);
-    // What an earlier export left would otherwise lie among the new files.
-    if exported.join("NOTES.md").is_file() {
-        fs::remove_dir_all(&exported)
-            .map_err(|problem| Error::Folder { folder: exported.clone(), problem })?;
-    }
     let export = export::export(subject.world, subject.settings, peer.target, &exported, Options::default())?;
     let runs: u32 = if peer.is_random() { 2 } else { 1 };
     let mut pictures = Vec::new();
@@ -170,7 +179,7 @@ pub fn peer_shot(subject: &Subject, peer: &Peer) -> Result<Shot, Error> {
         target: Some(peer.target),
         program: peer.version.clone(),
         picture,
-        samples: subject.settings.samples,
+        samples: export.samples,
         noise,
         seconds,
         notes: export.notes,

@@ -146,7 +146,7 @@ impl Peer {
             }
             Program::Povray(povray) => {
                 command = Command::new(povray);
-                command.arg("scene.ini").arg(join("+O", task.picture));
+                command.arg("scene.ini").arg(join("+O", &beside(task)));
                 if let Some(threads) = threads {
                     command.arg(format!("+WT{threads}"));
                 }
@@ -172,6 +172,14 @@ impl Peer {
     }
 }
 
+/// The picture as seen from the exported folder: POV-Ray takes no path with a space or a quote in it.
+fn beside(task: &Task) -> PathBuf {
+    match task.picture.file_name() {
+        Some(name) if task.picture.parent() == task.folder.parent() => Path::new("..").join(name),
+        _ => task.picture.to_owned(),
+    }
+}
+
 fn join(flag: &str, path: &Path) -> std::ffi::OsString {
     let mut whole = std::ffi::OsString::from(flag);
     whole.push(path);
@@ -191,15 +199,17 @@ fn install_hint(target: Target) -> &'static str {
 }
 
 fn find_blender(python: Option<&Path>) -> Option<(String, Program)> {
-    if python.is_none()
-        && let Some(blender) = on_path("blender")
-        && let Some(said) = answer(Command::new(&blender).arg("--version"))
-    {
+    let bpy = |python| {
+        let (python, said) = python_with(python, "import bpy; print('version', bpy.app.version_string)")?;
+        Some((format!("Blender {}", marked(&said, "version ")?), Program::Bpy(python)))
+    };
+    let blender = || {
+        let blender = on_path("blender")?;
+        let said = answer(Command::new(&blender).arg("--version"))?;
         let version = said.lines().find(|line| line.starts_with("Blender "))?.trim().to_owned();
-        return Some((version, Program::Blender(blender)));
-    }
-    let (python, said) = python_with(python, "import bpy; print('version', bpy.app.version_string)")?;
-    Some((format!("Blender {}", marked(&said, "version ")?), Program::Bpy(python)))
+        Some((version, Program::Blender(blender)))
+    };
+    python.and_then(|python| bpy(Some(python))).or_else(blender).or_else(|| bpy(None))
 }
 
 fn find_povray() -> Option<(String, Program)> {
@@ -210,13 +220,11 @@ fn find_povray() -> Option<(String, Program)> {
 }
 
 fn find_mitsuba(python: Option<&Path>) -> Option<(String, Program)> {
-    let command = match python {
-        Some(python) => python_with(Some(python), "import mitsuba; print('version', mitsuba.__version__)")?.0,
-        None => match on_path("mitsuba") {
-            Some(mitsuba) => mitsuba,
-            None => python_with(None, "import mitsuba; print('version', mitsuba.__version__)")?.0,
-        },
-    };
+    let module = |python| Some(python_with(python, "import mitsuba")?.0);
+    let command = python
+        .and_then(|python| module(Some(python)))
+        .or_else(|| on_path("mitsuba"))
+        .or_else(|| module(None))?;
     let said = answer(mitsuba_command(&command, None).arg("--help"))?;
     let version = marked(&said, "Mitsuba version ")?.split_whitespace().next()?.to_owned();
     // The fast variant needs LLVM, which it finds only where the loader looks.

@@ -5,7 +5,10 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::Shot;
-use crate::compare::{Numbers, report};
+use crate::{
+    compare::{Numbers, report},
+    render::{Bounces, Settings},
+};
 
 /// What the columns of [`SceneResults::rows`] are.
 pub const TABLE_HEAD: &str =
@@ -20,6 +23,8 @@ pub struct Results {
 pub struct SceneResults {
     pub name: String,
     pub size: [u32; 2],
+    pub bounces: Bounces,
+    pub seed: u64,
     pub pictures: Vec<PictureResults>,
     pub pairs: Vec<Pair>,
 }
@@ -47,7 +52,7 @@ pub struct Pair {
 
 impl SceneResults {
     /// What was measured between pictures of `shots`, this program's and the peers', each pair once.
-    pub fn new(name: &str, size: [u32; 2], shots: &[Shot], pairs: &[report::Pair]) -> Self {
+    pub fn new(name: &str, settings: &Settings, shots: &[Shot], pairs: &[report::Pair]) -> Self {
         let pictures = shots.iter().map(|shot| PictureResults {
             renderer: shot.key(),
             program: shot.program.clone(),
@@ -63,7 +68,14 @@ impl SceneResults {
             let [reference, image] = [shots.get(pair.reference)?, shots.get(pair.image)?].map(Shot::key);
             Some(Pair { reference, image, numbers: pair.comparison.numbers })
         });
-        Self { name: name.to_owned(), size, pictures: pictures.collect(), pairs: pairs.collect() }
+        Self {
+            name: name.to_owned(),
+            size: settings.size,
+            bounces: settings.bounces,
+            seed: settings.seed,
+            pictures: pictures.collect(),
+            pairs: pairs.collect(),
+        }
     }
 
     /// This scene's lines of the table, under [`TABLE_HEAD`]: a pair each. A star: an export had to approximate something.

@@ -10,6 +10,8 @@ pub type Matrix = [[f32; 4]; 4];
 #[derive(Debug, Serialize)]
 pub struct Document {
     pub rayo: &'static str,
+    /// The script saves `scene.blend`, too.
+    pub save_blend: bool,
     pub settings: Settings,
     pub camera: Camera,
     pub world: World,

@@ -33,9 +33,6 @@ use arrays::Arrays;
 use materials::{Materials, Needs, Role};
 use textures::Textures;
 
-/// With `--save-blend` the script saves the scene as well.
-const COMMANDS: [&str; 2] = ["blender -b -P scene.py", "blender -b -P scene.py -- --save-blend"];
-
 /// Writes the folder; returns the command that renders it.
 pub fn write(
     world: &World,
@@ -58,6 +55,7 @@ pub fn write(
     let materials = materials.finish();
     let document = document::Document {
         rayo: env!("CARGO_PKG_VERSION"),
+        save_blend: options.save_blend,
         settings: camera::settings(settings, notes),
         camera: camera::camera(&world.camera, reach(world)),
         world: environment,
@@ -75,7 +73,7 @@ pub fn write(
         out.write(name, &bytes)?;
     }
     out.write("scene.py", include_bytes!("scene.py"))?;
-    Ok(COMMANDS[usize::from(options.save_blend)])
+    Ok("blender -b -P scene.py")
 }
 
 /// What the scene consists of so far.

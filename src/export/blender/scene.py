@@ -34,6 +34,8 @@ def main():
     neutral_settings(scene, spec["settings"], options)
     build(scene, spec)
     say(f"BUILD_SECONDS {time.perf_counter() - started:.3f}")
+    if spec["save_blend"] and not options.save_blend:
+        options.save_blend = os.path.join(HERE, "scene.blend")
     if options.save_blend:
         bpy.ops.wm.save_as_mainfile(filepath=options.save_blend, check_existing=False)
         say(f"saved {options.save_blend}")

@@ -44,6 +44,11 @@ use picture::Pictures;
 
 const COMMAND: &str = "povray scene.ini";
 
+/// Samples of a pixel that the folder asks for.
+pub fn samples(world: &World, settings: &Settings) -> u32 {
+    view::samples(&world.camera, settings)
+}
+
 /// Writes the folder; returns the command that renders it.
 pub fn write(
     world: &World,

@@ -27,6 +27,16 @@ fn per_side(samples: u32) -> u32 {
     ((samples as f32).sqrt().round() as u32).clamp(1, MOST_PER_SIDE)
 }
 
+/// Samples of a pixel: the square and one in its middle, or those of the lens.
+pub fn samples(camera: &Camera, settings: &Settings) -> u32 {
+    let [least, most] = LENS_SAMPLES;
+    match per_side(settings.samples) {
+        _ if camera.aperture > 0.0 => settings.samples.clamp(least, most),
+        1 => 1,
+        side => side * side + 1,
+    }
+}
+
 /// `unit` is POV-Ray units per metre.
 pub fn camera(camera: &Camera, settings: &Settings, unit: f32, notes: &mut Notes) -> String {
     let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
@@ -52,8 +62,7 @@ pub fn camera(camera: &Camera, settings: &Settings, unit: f32, notes: &mut Notes
     let _ = writeln!(out, "  location {}\n  direction {}", dvec3(location * unit), dvec3(forward));
     let _ = writeln!(out, "  right {}\n  up {}", dvec3(right), dvec3(up));
     if camera.aperture > 0.0 {
-        let [least, most] = LENS_SAMPLES;
-        let samples = settings.samples.clamp(least, most);
+        let samples = samples(camera, settings);
         let focal = location + forward * f64::from(camera.focus);
         let _ = writeln!(
             out,
