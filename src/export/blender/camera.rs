@@ -77,6 +77,8 @@ fn border(settings: &render::Settings) -> [f64; 4] {
     [x / width, (x + w) / width, (height - y - h) / height, (height - y) / height]
 }
 
+/// Cycles' width w is not that of the support: its gaussian is exp(−8 x² / w²) over 3 w, its Blackman–Harris filter spans
+/// 2 w.
 fn filter(filter: render::PixelFilter, notes: &mut Notes) -> Filter {
     let render::PixelFilter { kind, width } = filter;
     match kind {
@@ -89,12 +91,11 @@ fn filter(filter: render::PixelFilter, notes: &mut Notes) -> Filter {
         FilterKind::Gaussian => {
             notes.approximated(
                 "",
-                "the gaussian filter of width w has the same σ = w/6, but ends at 6 σ instead of falling to 0 at 3 σ: \
-                 Cycles has exp(−72 x² / w²), so w is doubled",
+                "the gaussian filter of width w has the same σ = w/6, but is cut off at 6 σ instead of falling to 0 at 3 σ",
             );
-            Filter { r#type: "GAUSSIAN", width: 2.0 * width }
+            Filter { r#type: "GAUSSIAN", width: width / 1.5 }
         }
-        FilterKind::BlackmanHarris => Filter { r#type: "BLACKMAN_HARRIS", width },
+        FilterKind::BlackmanHarris => Filter { r#type: "BLACKMAN_HARRIS", width: 0.5 * width },
     }
 }
 
@@ -104,6 +105,15 @@ mod tests {
 
     use super::*;
     use crate::world::{Camera, Projection};
+
+    #[test]
+    fn filters_are_as_wide_as_here() {
+        let of = |kind, width| filter(render::PixelFilter { kind, width }, &mut Notes::default()).width;
+        assert_eq!(of(FilterKind::BlackmanHarris, 3.3), 1.65);
+        // σ = 3 / 6 here; exp(−x² / 2σ²) = exp(−8 x² / w²) gives w = 4 σ
+        assert_eq!(of(FilterKind::Gaussian, 3.0), 2.0);
+        assert_eq!(of(FilterKind::Box, 1.0), 1.0);
+    }
 
     fn lens_of(projection: Projection, aperture: f32) -> document::Camera {
         let to_world = Affine3A::IDENTITY;

@@ -73,7 +73,7 @@ pub fn write(
         out.write(name, &bytes)?;
     }
     out.write("scene.py", include_bytes!("scene.py"))?;
-    Ok("blender -b -P scene.py")
+    Ok("blender -b -P scene.py    # or, where Python has the module bpy: python scene.py")
 }
 
 /// What the scene consists of so far.
