@@ -110,8 +110,13 @@ fn a_renderer_that_fails_is_told_and_the_others_go_on() {
     fs::write(folder.join("bin/picture.exr"), "no picture").expect("written");
     let output = rayo(folder, "validate ball.toml --against povray -o out");
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    assert!(said(&output).contains("povray-1.exr cannot be read"), "{}", said(&output));
+    assert!(said(&output).contains("povray-1.exr cannot be compared"), "{}", said(&output));
     assert!(folder.join("out/index.html").is_file());
+
+    rayo(folder, "render ball.toml -o bin/picture.exr --size 16x12 --samples 4 -q");
+    let output = rayo(folder, "validate ball.toml --against povray -o out");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("16 × 12 pixels") && folder.join("out/index.html").is_file());
 
     fs::write(folder.join("bin/povray"), STAND_IN.replace("echo \"Parse", "exit 7; echo \"Parse"))
         .expect("written");

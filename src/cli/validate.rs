@@ -19,16 +19,16 @@ use crate::{
     compare::report::{self, Entry, Group, Pairs, Report},
     diagnostic,
     export::Target,
-    output,
+    output::{self, Depth},
     render::Settings,
     validate::{self, Manifest, Peer, Results, SceneResults, Shot, Subject, TABLE_HEAD},
 };
 
 /// Render scenes with other renderers too, and report how far the pictures are apart
 ///
-/// Exports each scene, renders it here and with every renderer named, all with the same number of samples (POV-Ray takes at most
-/// 82 where there is no lens) and a box filter of one pixel, and compares every pair. The report is DIR/index.html, the numbers are in DIR/results.json; exports,
-/// pictures and logs stay beside them.
+/// Exports each scene, renders it here and with every renderer named, all with the same number of samples (POV-Ray takes at
+/// most 82 where there is no lens) and a box filter of one pixel, and compares every pair. The report is DIR/index.html, the
+/// numbers are in DIR/results.json; exports, pictures and logs stay beside them.
 #[derive(Debug, clap::Args)]
 #[command(args_override_self = true)]
 pub struct Args {
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             Err(other) => return Err(other),
         };
-        if render.crop.is_some() {
+        if render.crop.is_some() && !args.quiet {
             say(format!("warning: {name}: the crop is left out: whole pictures are compared"));
         }
         if !args.quiet && !world.model.warnings.is_empty() {
@@ -133,7 +133,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // This program first.
         shots.sort_by_key(|shot| shot.target);
         for shot in &shots {
-            shot.save(&folder.join(shot.key()).with_extension("exr"), &render).map_err(failed)?;
+            let file = folder.join(shot.key()).with_extension("exr");
+            shot.save(&file, Depth::High, &render).map_err(failed)?;
         }
         if let Some(folder) = &args.keep {
             keep(folder, &name, file, &shots, &render)?;
@@ -152,8 +153,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = Report {
         title: "Agreement between renderers".into(),
         notes: vec![
-            "Every renderer has the same number of samples (POV-Ray at most 82, without a lens) and a box filter of one pixel. Noise is half of what two \
-             pictures of half the samples differ by: the root of the relMSE that the picture owes to it."
+            "Every renderer has the same number of samples (POV-Ray at most 82, without a lens) and a box filter of one \
+             pixel. Noise is half of what two pictures of half the samples differ by: the root of the relMSE that the \
+             picture owes to it."
                 .into(),
         ],
         groups,
@@ -273,7 +275,8 @@ fn keep(folder: &Path, name: &str, file: &Path, shots: &[Shot], settings: &Setti
             settings.seed,
         );
         let stem = folder.join(format!("{name}.{key}"));
-        Manifest::new(shot, settings, made_by).write(&stem, &shot.picture, settings.seed).map_err(failed)?;
+        shot.save(&stem.with_added_extension("exr"), Depth::Low, settings).map_err(failed)?;
+        Manifest::new(shot, settings, made_by).write(&stem).map_err(failed)?;
     }
     Ok(())
 }

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Shot;
 use crate::{
-    color::Picture,
-    output::{self, Depth, Facts},
+    output,
     render::{Bounces, Settings},
 };
 
@@ -41,20 +40,9 @@ impl Manifest {
         }
     }
 
-    /// Writes `stem.exr` (half float) and `stem.json`.
-    pub fn write(&self, stem: &Path, picture: &Picture, seed: u64) -> Result<(), output::Error> {
-        let (exr, json) = (stem.with_added_extension("exr"), stem.with_added_extension("json"));
-        let facts = Facts {
-            samples_per_pixel: self.samples as f32,
-            noise: self.residual_noise.map(|noise| noise as f32),
-            seed,
-            size: self.size,
-            origin: [0; 2],
-        };
-        let settings = output::Settings { file: exr.clone(), depth: Depth::Low, ..Default::default() };
-        let encoded = output::encode(picture, None, &settings, &facts)?;
-        output::write_file(&exr, &encoded.bytes)?;
+    /// Writes it to `stem.json`.
+    pub fn write(&self, stem: &Path) -> Result<(), output::Error> {
         let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
-        output::write_file(&json, text.as_bytes())
+        output::write_file(&stem.with_added_extension("json"), text.as_bytes())
     }
 }

@@ -61,8 +61,8 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// Writes the picture: float EXR.
-    pub fn save(&self, file: &Path, settings: &render::Settings) -> Result<(), output::Error> {
+    /// Writes the picture as EXR.
+    pub fn save(&self, file: &Path, depth: Depth, settings: &render::Settings) -> Result<(), output::Error> {
         let facts = Facts {
             samples_per_pixel: self.samples as f32,
             noise: self.noise.map(|noise| noise as f32),
@@ -70,7 +70,7 @@ impl Shot {
             size: settings.size,
             origin: [0; 2],
         };
-        let exr = output::Settings { file: file.to_owned(), depth: Depth::High, ..Default::default() };
+        let exr = output::Settings { file: file.to_owned(), depth, ..Default::default() };
         output::write_file(file, &output::encode(&self.picture, None, &exr, &facts)?.bytes)
     }
 
@@ -93,7 +93,7 @@ pub enum Error {
     Peer(#[from] peer::Error),
     #[error(transparent)]
     Render(#[from] render::Error),
-    #[error("{file} cannot be read: {problem}")]
+    #[error("{file} cannot be compared: {problem}")]
     Picture { file: PathBuf, problem: String },
     #[error("{0}")]
     Size(#[from] compare::SizeMismatch),
@@ -161,11 +161,12 @@ pub fn peer_shot(subject: &Subject, peer: &Peer) -> Result<Shot, Error> {
         let run = peer.render(&task)?;
         seconds += run.seconds;
         complaints = run.complaints;
-        pictures.push(
-            compare::load(&picture)
-                .map_err(|problem| Error::Picture { file: picture.clone(), problem })?
-                .picture,
-        );
+        let unfit = |problem| Error::Picture { file: picture.clone(), problem };
+        let loaded = compare::load(&picture).map_err(unfit)?.picture;
+        if [loaded.width, loaded.height] != subject.settings.size {
+            return Err(unfit(format!("it is {} × {} pixels", loaded.width, loaded.height)));
+        }
+        pictures.push(loaded);
     }
     let (first, second) = (pictures.swap_remove(0), pictures.pop());
     let (picture, noise) = match second {
