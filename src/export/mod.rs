@@ -19,12 +19,16 @@ mod mitsuba;
 mod names;
 mod note;
 mod povray;
+mod shading;
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 pub use note::{Kind, Note};
 
-use crate::{output, render, world::World};
+use crate::{
+    output, render,
+    world::{Material, MaterialId, World},
+};
 use folder::Folder;
 use note::Notes;
 
@@ -116,4 +120,13 @@ impl Target {
             Self::Mitsuba => "Mitsuba 3",
         }
     }
+}
+
+/// The materials of all that is placed, each once.
+fn used_materials(world: &World) -> Vec<&Material> {
+    let spheres = world.spheres.iter().map(|sphere| sphere.material);
+    let quads = world.quads.iter().map(|quad| quad.material);
+    let instances = world.model.instances.iter().flat_map(|instance| instance.materials.iter().copied());
+    let ids: BTreeSet<MaterialId> = spheres.chain(quads).chain(instances).collect();
+    ids.into_iter().filter_map(|id| world.model.materials.get(id.index())).collect()
 }

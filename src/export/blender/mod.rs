@@ -24,7 +24,7 @@ mod textures;
 
 use std::collections::BTreeMap;
 
-use super::{Error, Options, folder::Folder, note::Notes};
+use super::{Error, Options, folder::Folder, note::Notes, shading};
 use crate::{
     render,
     world::{MaterialId, Quad, World},
@@ -108,6 +108,12 @@ fn instances(
             Some(placed.meshes.len() - 1)
         });
         let Some(index) = index.filter(|_| instance.to_world.is_finite()) else { continue };
+        if shading::is_bent(mesh) && shading::is_uneven(&instance.to_world) {
+            notes.approximated(
+                format!("mesh `{}`", mesh.name),
+                "interpolated normals of unevenly scaled meshes lean otherwise: up to 5 % of the shading on a ball of 80 triangles",
+            );
+        }
         let slots = (0..placed.meshes[index].slot_count).map(|slot| {
             let id = instance.materials.get(slot).unwrap_or(first);
             materials.index(*id, Role::Mesh, notes)

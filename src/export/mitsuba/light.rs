@@ -82,6 +82,13 @@ impl Exporter<'_> {
         }
         let (cos_inner, cos_outer) = (inner.cos(), outer.cos());
         if cos_inner - cos_outer > 1e-6 {
+            self.notes.approximated(
+                "",
+                format!(
+                    "a spot's falloff is a picture of {SPOT} × {SPOT} texels: off by at most (Δ / (cos inner − cos outer))² / 4 and \
+                     one texel of rim, Δ = 2 tan outer / {SPOT}"
+                ),
+            );
             let falloff = |at: f32| {
                 let cos = 1.0 / (1.0 + at * at).sqrt();
                 ((cos - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0).powi(2)

@@ -7,9 +7,6 @@
 //! |---|---|
 //! | bounces: scattering events, 0 is direct light | `max_depth`: edges of a path, 2 is direct light |
 //! | alpha, culling | `volpath` instead of `path`, whose shadow rays see no opacity |
-//!
-//! A difference that no note tells, since it is in all that has interpolated normals: Mitsuba lets light pass where the
-//! interpolated normal says so and the triangle does not; rayo drops it, near the terminator of coarse meshes.
 
 mod bounds;
 mod camera;
@@ -22,9 +19,9 @@ mod shape;
 mod texture;
 mod xml;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
-use super::{Error, folder::Folder, names::Names, note::Notes};
+use super::{Error, folder::Folder, names::Names, note::Notes, shading, used_materials};
 use crate::{
     bsdf::Kind,
     render::{Bounces, Settings},
@@ -77,6 +74,16 @@ pub fn write(
         exporter.sensor(settings),
     ];
     exporter.shapes()?;
+    let placed = |mesh: usize| world.model.instances.iter().any(|instance| instance.mesh.index() == mesh);
+    for (i, mesh) in world.model.meshes.iter().enumerate() {
+        if shading::is_bent(mesh) && placed(i) {
+            exporter.notes.approximated(
+                format!("mesh `{}`", mesh.name),
+                "light from below a triangle that the interpolated normal faces is let through: near the terminator, a rim is \
+                 lit that should be dark",
+            );
+        }
+    }
     for material in culling::shown_backs(world) {
         exporter.notes.approximated(
             material::subject(material),
@@ -139,13 +146,4 @@ fn kinds(material: &Material) -> &'static [Kind] {
         Surface::Pbr(_) => &[Kind::Diffuse, Kind::Glossy],
         Surface::Unlit { .. } | Surface::Black => &[],
     }
-}
-
-/// The materials of all that is placed.
-fn used_materials(world: &World) -> Vec<&Material> {
-    let spheres = world.spheres.iter().map(|s| s.material);
-    let quads = world.quads.iter().map(|q| q.material);
-    let instances = world.model.instances.iter().flat_map(|i| i.materials.iter().copied());
-    let ids: BTreeSet<MaterialId> = spheres.chain(quads).chain(instances).collect();
-    ids.into_iter().map(|id| &world.model.materials[id.index()]).collect()
 }

@@ -43,19 +43,6 @@ impl<'a> Part<'a> {
         (!part.triangles.is_empty()).then_some(part)
     }
 
-    /// Cosine of the largest angle between a normal at a vertex and the face's.
-    pub fn bent(&self) -> f32 {
-        let mut least = 1.0f32;
-        for triangle in &self.triangles {
-            let vertices = triangle.map(|v| self.vertices.get(v as usize).copied().unwrap_or(0));
-            let [a, b, c] = vertices.map(|v| self.mesh.positions.get(v).copied().unwrap_or_default());
-            let face = (b - a).cross(c - a).normalize_or_zero();
-            let normals = vertices.into_iter().filter_map(|v| self.mesh.normals.get(v));
-            least = normals.map(|n| n.dot(face)).filter(|c| c.is_finite()).fold(least, f32::min);
-        }
-        least
-    }
-
     /// Colours of the vertices; empty where the mesh has none.
     pub fn colors(&self) -> Vec<Vec4> {
         if self.mesh.colors.is_empty() {

@@ -34,7 +34,7 @@ mod sky;
 mod tests;
 mod view;
 
-use super::{Error, folder::Folder, note::Notes};
+use super::{Error, folder::Folder, note::Notes, used_materials};
 use crate::{
     render::{Bounces, Settings},
     world::{Alpha, Emission, Material, MetalFinish, Surface, World},
@@ -57,7 +57,7 @@ pub fn write(
     notes: &mut Notes,
 ) -> Result<&'static str, Error> {
     let unit = shapes::units_per_metre(world);
-    let materials = used(world);
+    let materials = used_materials(world);
     let diffuse = materials.iter().any(|m| is_diffuse(m));
     let lights = if diffuse || materials.iter().any(|m| is_rough(m)) {
         lights(world, unit, notes)
@@ -99,16 +99,6 @@ pub fn write(
 fn lights(world: &World, unit: f32, notes: &mut Notes) -> String {
     let light = |(i, light)| light::light(light, &format!("light {}", i + 1), unit, notes);
     world.model.lights.iter().enumerate().map(light).collect()
-}
-
-/// Materials that something has.
-fn used(world: &World) -> Vec<&Material> {
-    let mut ids: Vec<_> = world.spheres.iter().map(|s| s.material).collect();
-    ids.extend(world.quads.iter().map(|q| q.material));
-    ids.extend(world.model.instances.iter().flat_map(|i| i.materials.iter().copied()));
-    ids.sort_unstable();
-    ids.dedup();
-    ids.iter().filter_map(|id| world.model.materials.get(id.index())).collect()
 }
 
 /// Whether light from any direction shows on it.

@@ -15,7 +15,7 @@ use super::{
     sdl::{matrix, num, vec3},
 };
 use crate::{
-    export::{Error, names::Names},
+    export::{Error, names::Names, shading},
     world::{Instance, Material, Mesh, Projection, Quad, Sphere, Surface, World},
 };
 
@@ -23,8 +23,6 @@ use crate::{
 const EXTENT: f32 = 128.0;
 /// And all are within this: POV-Ray's world ends at 10⁷.
 const LARGEST: f32 = 1e6;
-/// Cosine of the angle between normals at corners and their face (8°) that is told.
-const BENT: f32 = 0.99;
 /// Textures in the list of a mesh with colours at its vertices; beyond, colours are rounded to 8 bits.
 const MOST_COLORS: usize = 4096;
 
@@ -265,8 +263,7 @@ impl Writer<'_, '_> {
         listed: Option<&Material>,
     ) -> Result<Option<String>, Error> {
         let Some(part) = Part::new(mesh, slot) else { return Ok(None) };
-        let bent = part.bent();
-        if bent < BENT {
+        if shading::is_bent(mesh) {
             self.looks.notes.approximated(
                 format!("mesh `{}`", mesh.name),
                 "a normal between those at the corners that turns away from the viewer is turned round: a rim is dark \
