@@ -111,7 +111,8 @@ fn instances(
         if shading::is_bent(mesh) && shading::is_uneven(&instance.to_world) {
             notes.approximated(
                 format!("mesh `{}`", mesh.name),
-                "interpolated normals of unevenly scaled meshes lean otherwise: up to 5 % of the shading on a ball of 80 triangles",
+                "normals n of corners become M n / |M n| before they are interpolated, not after (M the inverse transpose of an uneven \
+                 placement): up to 6 % of the shading on a ball of 80 triangles",
             );
         }
         let slots = (0..placed.meshes[index].slot_count).map(|slot| {
