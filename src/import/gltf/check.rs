@@ -31,6 +31,7 @@ impl References<'_> {
 pub fn references(document: &Document, report: &mut Report) {
     let mut references = References { report };
     scenes(document, &mut references);
+    skins(document, &mut references);
     meshes(document, &mut references);
     materials(document, &mut references);
     data(document, &mut references);
@@ -59,11 +60,32 @@ fn scenes(document: &Document, references: &mut References) {
                 .check(camera.value(), document.cameras.len(), "camera", || format!("/nodes/{i}/camera"));
         }
         if let Some(skin) = node.skin {
-            references.check(skin.value(), document.skins, "skin", || format!("/nodes/{i}/skin"));
+            references.check(skin.value(), document.skins.len(), "skin", || format!("/nodes/{i}/skin"));
         }
         if let Some(light) = nodes::light_index(node) {
             references.check(light, document.lights.len(), "light", || {
                 format!("/nodes/{i}/extensions/KHR_lights_punctual/light")
+            });
+        }
+    }
+}
+
+fn skins(document: &Document, references: &mut References) {
+    for (i, skin) in document.skins.iter().enumerate() {
+        if skin.joints.is_empty() {
+            references.report.error(Problem::new(format!("/skins/{i}/joints"), "is empty"));
+        }
+        for (j, joint) in skin.joints.iter().enumerate() {
+            references
+                .check(joint.value(), document.nodes.len(), "node", || format!("/skins/{i}/joints/{j}"));
+        }
+        if let Some(skeleton) = skin.skeleton {
+            references
+                .check(skeleton.value(), document.nodes.len(), "node", || format!("/skins/{i}/skeleton"));
+        }
+        if let Some(matrices) = skin.inverse_bind_matrices {
+            references.check(matrices.value(), document.accessors.len(), "accessor", || {
+                format!("/skins/{i}/inverseBindMatrices")
             });
         }
     }

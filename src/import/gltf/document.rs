@@ -38,10 +38,10 @@ pub struct Document {
     pub samplers: Vec<json::texture::Sampler>,
     pub scenes: Vec<json::Scene>,
     pub textures: Vec<json::Texture>,
+    pub skins: Vec<json::Skin>,
     /// The default scene, as the file gives it.
     pub scene: Option<usize>,
-    /// Neither skins nor animations are read yet; there are so many.
-    pub skins: usize,
+    /// Animations are not read yet; there are so many.
     pub animations: usize,
 }
 
@@ -78,7 +78,7 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
         }
     };
     let count = |key: &str| root.get(key).and_then(Value::as_array).map_or(0, Vec::len);
-    let (skins, animations) = (count("skins"), count("animations"));
+    let animations = count("animations");
     let document = Document {
         accessors: section(&mut root, "", "accessors", report),
         buffers: section(&mut root, "", "buffers", report),
@@ -92,8 +92,8 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
         samplers: section(&mut root, "", "samplers", report),
         scenes: section(&mut root, "", "scenes", report),
         textures: section(&mut root, "", "textures", report),
+        skins: section(&mut root, "", "skins", report),
         scene,
-        skins,
         animations,
     };
     report.checkpoint().map(|()| document)

@@ -7,7 +7,8 @@ use serde_json::{Map, Value};
 use super::report::{Problem, Report, quoted};
 
 /// Extensions whose content the importer understands.
-const SUPPORTED: [&str; 8] = [
+const SUPPORTED: [&str; 9] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",

@@ -47,8 +47,9 @@ pub enum Counted {
     Points,
     Lines,
     SingularNodes,
+    SingularInstances,
     RepeatedNodes,
-    SkinnedNodes,
+    WeightlessVertices,
     MissingUvs,
     NoData,
 }
@@ -73,11 +74,14 @@ impl Counted {
             Self::SingularNodes => format!(
                 "{n} node(s) have a transform that is singular or not finite; what they hold is left out"
             ),
+            Self::SingularInstances => {
+                format!("{n} instance(s) have a transform that is singular or not finite and are left out")
+            }
             Self::RepeatedNodes => {
                 format!("{n} node(s) are listed more than once in the scene and are placed once")
             }
-            Self::SkinnedNodes => {
-                format!("{n} skinned mesh(es) are shown in their bind pose: skins are not applied")
+            Self::WeightlessVertices => {
+                format!("{n} skinned vertices have no weight and follow the first joint of their skin")
             }
             Self::NoData => format!(
                 "{n} primitive(s) have no data in this file (compressed, or a buffer without uri) and are left out"

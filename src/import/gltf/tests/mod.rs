@@ -4,6 +4,7 @@ mod containers;
 mod data;
 mod fuzz;
 mod geometry;
+mod posed;
 mod scene;
 mod surfaces;
 
