@@ -12,6 +12,7 @@ use std::{
 use rayo::{
     diagnostic::{Diagnostic, Severity},
     import::gltf,
+    scene::Selection,
     world::Model,
 };
 use samples::{files, samples};
@@ -21,7 +22,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 fn load_in_time(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     let start = Instant::now();
-    let result = gltf::load(path);
+    let result = gltf::load(path, &Selection::default());
     assert!(start.elapsed() < TIME_LIMIT, "{} took {:?}", path.display(), start.elapsed());
     match &result {
         Ok(model) => assert_sound(model, path),

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// A triangle of a textured material called "Paint", a light, a camera called "Cam".
-fn asset(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+fn asset(path: &Path, _: &Selection) -> Result<Model, Vec<Diagnostic>> {
     if std::fs::read_to_string(path).is_ok_and(|text| text == "broken") {
         return Err(vec![Diagnostic::error(path, Place::Pointer("/meshes/0".into()), "is broken")]);
     }
@@ -38,11 +38,13 @@ fn asset(path: &Path) -> Result<Model, Vec<Diagnostic>> {
         lights: vec![Light::Point { position: Vec3::X, intensity: Vec3::ONE }],
         cameras: vec![Camera {
             name: "Cam".into(),
+            node: "Stand".into(),
             to_world: Affine3A::from_translation(5.0 * Vec3::Z),
             projection: Projection::Perspective { vfov: 1.0 },
             aperture: 0.0,
             focus: 1.0,
         }],
+        environment: None,
         warnings: Vec::new(),
         sources: Vec::new(),
     })

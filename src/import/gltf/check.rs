@@ -7,10 +7,11 @@ use gltf::json::validation::Checked;
 
 use super::{
     document::Document,
+    ibl,
     material::slots,
     nodes,
     report::{Problem, Report},
-    textures::{NO_SOURCE, webp_source},
+    textures::{NO_SOURCE, extension_sources},
 };
 
 /// Checks references by value against the number of elements there are.
@@ -32,6 +33,8 @@ pub fn references(document: &Document, report: &mut Report) {
     let mut references = References { report };
     scenes(document, &mut references);
     skins(document, &mut references);
+    animations(document, &mut references);
+    image_lights(document, &mut references);
     meshes(document, &mut references);
     materials(document, &mut references);
     data(document, &mut references);
@@ -91,6 +94,44 @@ fn skins(document: &Document, references: &mut References) {
     }
 }
 
+fn animations(document: &Document, references: &mut References) {
+    let accessors = document.accessors.len();
+    for (i, animation) in document.animations.iter().enumerate() {
+        for (j, sampler) in animation.samplers.iter().enumerate() {
+            for (name, index) in [("input", sampler.input), ("output", sampler.output)] {
+                references
+                    .check(index, accessors, "accessor", || format!("/animations/{i}/samplers/{j}/{name}"));
+            }
+        }
+        for (j, channel) in animation.channels.iter().enumerate() {
+            let at = |rest: &str| format!("/animations/{i}/channels/{j}/{rest}");
+            references.check(channel.sampler, animation.samplers.len(), "sampler", || at("sampler"));
+            if let Some(node) = channel.target.node {
+                references.check(node, document.nodes.len(), "node", || at("target/node"));
+            }
+        }
+    }
+}
+
+fn image_lights(document: &Document, references: &mut References) {
+    for i in 0..document.scenes.len() {
+        if let Some(light) = ibl::index(document, i) {
+            references.check(light, document.image_lights.len(), "light", || {
+                format!("/scenes/{i}/extensions/{}/light", ibl::NAME)
+            });
+        }
+    }
+    for (i, light) in document.image_lights.iter().enumerate() {
+        for (j, faces) in light.specular_images.iter().enumerate() {
+            for (k, &image) in faces.iter().enumerate() {
+                references.check(image, document.images.len(), "image", || {
+                    format!("/extensions/{}/lights/{i}/specularImages/{j}/{k}", ibl::NAME)
+                });
+            }
+        }
+    }
+}
+
 fn meshes(document: &Document, references: &mut References) {
     let accessors = document.accessors.len();
     for (i, mesh) in document.meshes.iter().enumerate() {
@@ -145,10 +186,8 @@ fn materials(document: &Document, references: &mut References) {
         if texture.source.value() != NO_SOURCE {
             references.check(texture.source.value(), images, "image", || format!("/textures/{i}/source"));
         }
-        if let Some(source) = webp_source(texture) {
-            references.check(source, images, "image", || {
-                format!("/textures/{i}/extensions/EXT_texture_webp/source")
-            });
+        for (name, source) in extension_sources(texture) {
+            references.check(source, images, "image", || format!("/textures/{i}/extensions/{name}/source"));
         }
         if let Some(sampler) = texture.sampler {
             references.check(sampler.value(), document.samplers.len(), "sampler", || {

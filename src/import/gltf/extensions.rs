@@ -1,21 +1,27 @@
 //! Which extensions are read. A required one that is not is an error, an optional one a warning.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
 use super::report::{Problem, Report, quoted};
 
 /// Extensions whose content the importer understands.
-const SUPPORTED: [&str; 9] = [
+pub const SUPPORTED: [&str; 15] = [
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -30,8 +36,12 @@ pub fn retain_supported(extensions: &mut Map<String, Value>, met: &mut BTreeSet<
     });
 }
 
-/// Reports what the file asks for, or uses (`met`), and is not read.
-pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Report) {
+/// Reports what the file asks for, or uses (`met`), and is not read. Returns all that are used, and whether they are required.
+pub fn check(
+    root: &Map<String, Value>,
+    met: &BTreeSet<String>,
+    report: &mut Report,
+) -> BTreeMap<String, bool> {
     let required = names(root, "extensionsRequired");
     for (i, name) in required.iter().enumerate() {
         if !SUPPORTED.contains(name) {
@@ -44,6 +54,9 @@ pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Rep
             );
         }
     }
+    let all =
+        met.iter().map(String::as_str).chain(names(root, "extensionsUsed")).chain(required.iter().copied());
+    let all = all.map(|name| (name.to_owned(), required.contains(&name))).collect();
     let mut optional: BTreeSet<&str> = met.iter().map(String::as_str).collect();
     optional.extend(names(root, "extensionsUsed"));
     for name in optional {
@@ -52,6 +65,7 @@ pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Rep
             report.warn(Problem::new("/extensionsUsed", message));
         }
     }
+    all
 }
 
 fn names<'a>(root: &'a Map<String, Value>, key: &str) -> Vec<&'a str> {
@@ -61,10 +75,6 @@ fn names<'a>(root: &'a Map<String, Value>, key: &str) -> Vec<&'a str> {
 
 fn advice(name: &str) -> &'static str {
     match name {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export the asset again without mesh compression"
-        }
-        "KHR_texture_basisu" => "export the asset again with PNG or JPEG textures",
         _ => "export the asset again without this extension",
     }
 }

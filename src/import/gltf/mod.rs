@@ -8,25 +8,34 @@
 //! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
 //! | `nodes` | the scene flattened |
 //! | `textures`, `material` | images and what uses them |
-//! | `mesh`, `topology` | primitives to triangles |
-//! | `punctual` | cameras and lights |
+//! | `meshopt`, `draco` | compressed geometry made plain |
+//! | `mesh`, `topology`, `skin` | primitives to triangles, in the pose of their joints |
+//! | `animation`, `curve`, `pointer` | the document at one time of an animation |
+//! | `instancing` | a mesh placed many times |
+//! | `punctual`, `ibl` | cameras and lights |
 //! | `report` | errors, warnings and counts |
 //!
 //! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
 //! if nothing was. A file that the specification allows is read; what cannot be shown yet is named in a warning.
 //!
-//! Not yet: skins and animations (the bind pose is shown), points and lines, compressed meshes.
+//! An animation is applied to the document before anything is made of it. Not yet: points and lines.
 
 mod accessor;
+mod animation;
 mod buffers;
 mod check;
 mod container;
+mod curve;
 mod document;
+mod draco;
 mod extensions;
+mod ibl;
 mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
+mod pointer;
 mod punctual;
 mod report;
 mod skin;
@@ -51,7 +60,7 @@ use self::{
     accessor::Source,
     document::Document,
     nodes::Placed,
-    report::{Counted, Problem, Report},
+    report::{Counted, Problem, Report, choose},
     skin::Joints,
     textures::Textures,
     topology::Topology,
@@ -59,6 +68,7 @@ use self::{
 use crate::{
     diagnostic::{Diagnostic, Place},
     input,
+    scene::Selection,
     world::{Instance, Material, MaterialId, MeshId, Model, Surface},
 };
 
@@ -74,12 +84,12 @@ const MAX_INSTANCES: usize = 1 << 22;
 const MAX_NAME: usize = 200;
 
 /// Loads the asset at `path`: a model with its warnings, or all that is wrong with it.
-pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+pub fn load(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
     let bytes = input::read(path, MAX_FILE_BYTES).map_err(|why| {
         vec![Diagnostic::error(path, Place::File, format!("cannot read this glTF file: {why}"))]
     })?;
     // Nothing below is known to panic; a file that finds a way must not take the program with it.
-    catch_unwind(AssertUnwindSafe(|| import(&bytes, path))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| import(&bytes, path, selection))).unwrap_or_else(|_| {
         let message = "the importer failed on this file";
         Err(vec![
             Diagnostic::error(path, Place::File, message).help("please report it, with the file, as a bug"),
@@ -88,24 +98,37 @@ pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
 }
 
 /// Imports `bytes` as if read from `path`, beside which its other files are.
-fn import(bytes: &[u8], path: &Path) -> Result<Model, Vec<Diagnostic>> {
+fn import(bytes: &[u8], path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
     let mut report = Report::new(path);
-    let model = build(bytes, path.parent().unwrap_or(Path::new("")), &mut report);
+    let model = build(bytes, path.parent().unwrap_or(Path::new("")), selection, &mut report);
     let warnings = report.finish()?;
     Ok(Model { warnings, ..model.unwrap_or_default() })
 }
 
-fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
+fn build(bytes: &[u8], folder: &Path, selection: &Selection, report: &mut Report) -> Option<Model> {
     let container = container::split(bytes, report)?;
-    let document = document::parse(container.json, report)?;
+    let mut document = document::parse(container.json, report)?;
     check::references(&document, report);
     report.checkpoint()?;
-    let buffers = buffers::load(&document, &container, folder, report);
+    let mut buffers = buffers::load(&document, &container, folder, report);
+    report.checkpoint()?;
+    meshopt::decompress(&document, &mut buffers, report);
+    draco::decompress(&mut document, &mut buffers, report);
     report.checkpoint()?;
     let source = Source { document: &document, buffers: &buffers };
     accessor::check(&source, report);
     report.checkpoint()?;
+    let changes = animation::changes(&source, selection, report);
+    animation::apply(&mut document, changes, report);
+    if let Some(name) = &selection.scene {
+        match choose(name, "scene", "/scenes", document.scenes.iter().map(|s| s.name.as_deref())) {
+            Ok(index) => document.scene = Some(index),
+            Err(problem) => report.error(problem),
+        }
+    }
+    report.checkpoint()?;
 
+    let source = Source { document: &document, buffers: &buffers };
     let globals = nodes::globals(&document);
     let placed = nodes::flatten(&document, &globals, report);
     let shapes = shapes(&source, &placed, report)?;
@@ -120,10 +143,8 @@ fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
     };
     meshes(&source, &placed, &shapes, &skins, &ids, &mut model, report)?;
     cameras_and_lights(&source, &placed, &mut model, report);
-    if document.animations > 0 {
-        report
-            .warn(Problem::new("/animations", "animations are not played; the file's resting pose is shown"));
-    }
+    let scene = nodes::shown_scene(&document);
+    model.environment = ibl::environment(&source, scene, folder, &mut model.images, report);
     report.checkpoint().map(|()| model)
 }
 
@@ -326,7 +347,8 @@ fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, rep
         {
             let name = json.name.as_deref().or(json_node.name.as_deref());
             let name = name.map_or_else(|| format!("camera {i}"), clipped);
-            match punctual::camera(json, name, &node.to_world) {
+            let holder = json_node.name.as_deref().map_or_else(String::new, clipped);
+            match punctual::camera(json, name, holder, &node.to_world) {
                 Ok(camera) => model.cameras.push(camera),
                 Err(message) => {
                     report.warn(Problem::new(format!("/cameras/{i}"), format!("{message}; it is left out")))

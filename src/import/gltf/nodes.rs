@@ -66,8 +66,13 @@ pub fn flatten(document: &Document, globals: &[DAffine3], report: &mut Report) -
     placed
 }
 
+/// The scene that is shown, if there is any.
+pub fn shown_scene(document: &Document) -> usize {
+    document.scene.unwrap_or(0)
+}
+
 fn roots(document: &Document, report: &mut Report) -> Vec<usize> {
-    if let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) {
+    if let Some(scene) = document.scenes.get(shown_scene(document)) {
         return scene.nodes.iter().map(|n| n.value()).collect();
     }
     if !document.nodes.is_empty() {

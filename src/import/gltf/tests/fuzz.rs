@@ -107,7 +107,7 @@ fn mutated_files_never_panic() {
     let (mut loaded, mut refused) = (0, 0);
     for i in 0..MUTATIONS {
         let bytes = mutate(&seeds[i % seeds.len()], &mut random);
-        match crate::import::gltf::import(&bytes, Path::new("mutated.gltf")) {
+        match crate::import::gltf::import(&bytes, Path::new("mutated.gltf"), &selection) {
             Ok(model) => {
                 loaded += 1;
                 for mesh in &model.meshes {

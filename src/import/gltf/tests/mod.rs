@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::{
     diagnostic::{Diagnostic, Place, Severity},
+    scene::Selection,
     world::{Mesh, Model},
 };
 
@@ -22,7 +23,12 @@ type Outcome = Result<Model, Vec<Diagnostic>>;
 
 /// Imports text as if it were `asset.gltf` in the current folder.
 fn import_text(text: &str) -> Outcome {
-    super::import(text.as_bytes(), Path::new("asset.gltf"))
+    super::import(text.as_bytes(), Path::new("asset.gltf"), &Selection::default())
+}
+
+/// Imports what `selection` says of it.
+fn import_selected(asset: &Value, selection: &Selection) -> Outcome {
+    super::import(asset.to_string().as_bytes(), Path::new("asset.gltf"), selection)
 }
 
 fn import(asset: &Value) -> Outcome {
