@@ -12,6 +12,7 @@ mod bug;
 mod compare;
 mod export;
 mod flags;
+mod info;
 mod interrupt;
 mod job;
 mod progress;
@@ -43,6 +44,7 @@ enum Command {
     Compare(compare::Args),
     Export(export::Args),
     Validate(validate::Args),
+    Info(info::Args),
     Schema(schema::Args),
 }
 
@@ -84,6 +86,7 @@ pub fn main() -> ExitCode {
             Command::Export(args) => export::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Compare(args) => compare::run(&args),
+            Command::Info(args) => info::run(&args),
             Command::Schema(args) => schema::run(&args),
         };
         match result {

@@ -7,6 +7,8 @@ mod cameras;
 mod framing;
 pub mod gltf;
 pub mod image;
+mod info;
+mod ktx2;
 mod merge;
 pub mod obj;
 pub mod studio;
@@ -15,6 +17,7 @@ mod tangents;
 use std::path::Path;
 
 pub use assemble::assemble;
+pub use info::info;
 
 use crate::{
     diagnostic::{Diagnostic, Place},

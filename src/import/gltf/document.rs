@@ -50,12 +50,20 @@ pub struct Document {
     pub animated: BTreeMap<String, Value>,
     /// Extensions that the file uses or lists, with those that are required.
     pub extensions: BTreeMap<String, bool>,
+    pub generator: Option<String>,
+    /// Names of KHR_materials_variants.
+    pub variants: Vec<String>,
 }
 
 /// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
 pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
     let mut root = object(text, report)?;
     version(&root, report)?;
+    let text = |value: Option<&Value>| value.and_then(Value::as_str).map(str::to_owned);
+    let generator = text(root.get("asset").and_then(|asset| asset.get("generator")));
+    let variants =
+        root.get("extensions").and_then(|e| e.get("KHR_materials_variants")?.get("variants")?.as_array());
+    let variants = variants.into_iter().flatten().map(|v| text(v.get("name")).unwrap_or_default()).collect();
     let mut met = BTreeSet::new();
     for value in root.values_mut() {
         normalise(value, "", &mut met);
@@ -106,6 +114,8 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
         image_lights: section(&mut image_lights, "/extensions/EXT_lights_image_based", "lights", report),
         animated,
         extensions,
+        generator,
+        variants,
     };
     report.checkpoint().map(|()| document)
 }

@@ -30,6 +30,7 @@ mod document;
 mod draco;
 mod extensions;
 mod ibl;
+mod info;
 mod instancing;
 mod material;
 mod mesh;
@@ -58,6 +59,7 @@ use rayon::prelude::*;
 
 use self::{
     accessor::Source,
+    buffers::Buffers,
     document::Document,
     nodes::Placed,
     report::{Counted, Problem, Report, choose},
@@ -67,6 +69,7 @@ use self::{
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
+    import::info::Info,
     input,
     scene::Selection,
     world::{Instance, Material, MaterialId, MeshId, Model, Surface},
@@ -83,13 +86,35 @@ const MAX_INSTANCES: usize = 1 << 22;
 /// Characters of a name; each instance has its own copy.
 const MAX_NAME: usize = 200;
 
-/// Loads the asset at `path`: a model with its warnings, or all that is wrong with it.
+/// Loads what `selection` says of the asset at `path`: a model with its warnings, or all that is wrong with it.
 pub fn load(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
+    guarded(path, |bytes| import(bytes, path, selection))
+}
+
+/// What the asset at `path` holds.
+pub fn inspect(path: &Path) -> Result<Info, Vec<Diagnostic>> {
+    guarded(path, |bytes| {
+        let (mut report, folder) = (Report::new(path), folder(path));
+        let found = prepare(bytes, folder, &mut report).and_then(|(document, buffers)| {
+            let info = info::info(&Source { document: &document, buffers: &buffers });
+            Some((info, build(document, &buffers, folder, &Selection::default(), &mut report)?))
+        });
+        let warnings = report.finish()?;
+        let (info, model) = found.unwrap_or_default();
+        Ok(info.showing(&Model { warnings, ..model }))
+    })
+}
+
+/// Reads the file at `path` for `read`, which nothing in it shall make panic.
+fn guarded<T>(
+    path: &Path,
+    read: impl FnOnce(&[u8]) -> Result<T, Vec<Diagnostic>>,
+) -> Result<T, Vec<Diagnostic>> {
     let bytes = input::read(path, MAX_FILE_BYTES).map_err(|why| {
         vec![Diagnostic::error(path, Place::File, format!("cannot read this glTF file: {why}"))]
     })?;
     // Nothing below is known to panic; a file that finds a way must not take the program with it.
-    catch_unwind(AssertUnwindSafe(|| import(&bytes, path, selection))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| read(&bytes))).unwrap_or_else(|_| {
         let message = "the importer failed on this file";
         Err(vec![
             Diagnostic::error(path, Place::File, message).help("please report it, with the file, as a bug"),
@@ -97,15 +122,21 @@ pub fn load(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>
     })
 }
 
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
 /// Imports `bytes` as if read from `path`, beside which its other files are.
 fn import(bytes: &[u8], path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
     let mut report = Report::new(path);
-    let model = build(bytes, path.parent().unwrap_or(Path::new("")), selection, &mut report);
+    let model = prepare(bytes, folder(path), &mut report)
+        .and_then(|(document, buffers)| build(document, &buffers, folder(path), selection, &mut report));
     let warnings = report.finish()?;
     Ok(Model { warnings, ..model.unwrap_or_default() })
 }
 
-fn build(bytes: &[u8], folder: &Path, selection: &Selection, report: &mut Report) -> Option<Model> {
+/// The document, checked and without compression, and its bytes.
+fn prepare<'a>(bytes: &'a [u8], folder: &Path, report: &mut Report) -> Option<(Document, Buffers<'a>)> {
     let container = container::split(bytes, report)?;
     let mut document = document::parse(container.json, report)?;
     check::references(&document, report);
@@ -115,9 +146,18 @@ fn build(bytes: &[u8], folder: &Path, selection: &Selection, report: &mut Report
     meshopt::decompress(&document, &mut buffers, report);
     draco::decompress(&mut document, &mut buffers, report);
     report.checkpoint()?;
-    let source = Source { document: &document, buffers: &buffers };
-    accessor::check(&source, report);
-    report.checkpoint()?;
+    accessor::check(&Source { document: &document, buffers: &buffers }, report);
+    report.checkpoint().map(|()| (document, buffers))
+}
+
+fn build(
+    mut document: Document,
+    buffers: &Buffers,
+    folder: &Path,
+    selection: &Selection,
+    report: &mut Report,
+) -> Option<Model> {
+    let source = Source { document: &document, buffers };
     let changes = animation::changes(&source, selection, report);
     animation::apply(&mut document, changes, report);
     if let Some(name) = &selection.scene {
@@ -128,7 +168,7 @@ fn build(bytes: &[u8], folder: &Path, selection: &Selection, report: &mut Report
     }
     report.checkpoint()?;
 
-    let source = Source { document: &document, buffers: &buffers };
+    let source = Source { document: &document, buffers };
     let globals = nodes::globals(&document);
     let placed = nodes::flatten(&document, &globals, report);
     let shapes = shapes(&source, &placed, report)?;

@@ -1,9 +1,11 @@
 //! Small assets made in memory, through the importer without its last guard: a panic fails the test.
 
+mod compressed;
 mod containers;
 mod data;
 mod fuzz;
 mod geometry;
+mod moving;
 mod posed;
 mod scene;
 mod surfaces;
