@@ -9,6 +9,7 @@ mod moving;
 mod posed;
 mod scene;
 mod surfaces;
+mod table;
 
 use std::path::Path;
 
