@@ -36,14 +36,16 @@ pub(super) struct Pick(pub String);
 
 impl Read for Pick {
     fn read(value: &Value, cx: &mut Context) -> Option<Self> {
-        match value.get_ref() {
+        let number = |text: &toml::de::DeInteger| i64::from_str_radix(text.as_str(), text.radix()).ok();
+        let found = match value.get_ref() {
             DeValue::String(name) => return Some(Self(name.to_string())),
-            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
-                Ok(number) if number >= 0 => return Some(Self(number.to_string())),
-                _ => drop(cx.must(value.span(), "a name, or a number from 0", "another number")),
+            DeValue::Integer(text) => match number(text).filter(|&number| number >= 0) {
+                Some(number) => return Some(Self(number.to_string())),
+                None => "another number",
             },
-            _ => drop(cx.must(value.span(), "a name, or a number from 0", kind(value))),
-        }
+            _ => kind(value),
+        };
+        cx.must(value.span(), "a name, or a number from 0", found);
         None
     }
 }

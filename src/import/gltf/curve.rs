@@ -53,7 +53,7 @@ impl<'a> Curve<'a> {
             return Err(("/input", format!("key {i} at {} s is not later than the one before", time(i))));
         }
         let per_key = if interpolation == Interpolation::Cubic { 3 } else { 1 };
-        let keys = times.count.checked_mul(per_key).unwrap_or(usize::MAX);
+        let keys = times.count.saturating_mul(per_key);
         if values.count == 0 || !values.count.is_multiple_of(keys) {
             let message = format!("has {} elements for {} keys", values.count, times.count);
             return Err(("/output", message));

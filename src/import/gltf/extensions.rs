@@ -50,7 +50,7 @@ pub fn check(
                     format!("/extensionsRequired/{i}"),
                     format!("the file needs the extension {}, which is not supported", quoted(name)),
                 )
-                .help(advice(name)),
+                .help("export the asset again without this extension"),
             );
         }
     }
@@ -71,10 +71,4 @@ pub fn check(
 fn names<'a>(root: &'a Map<String, Value>, key: &str) -> Vec<&'a str> {
     let list = root.get(key).and_then(Value::as_array);
     list.into_iter().flatten().filter_map(Value::as_str).collect()
-}
-
-fn advice(name: &str) -> &'static str {
-    match name {
-        _ => "export the asset again without this extension",
-    }
 }

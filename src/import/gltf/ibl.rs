@@ -27,8 +27,8 @@ use crate::{
 pub const NAME: &str = "EXT_lights_image_based";
 
 /// Texels along a face; the map is four times as wide.
-const MAX_SIDE: u32 = 4096;
-/// Beyond it an alpha of RGBD is taken for this: 1 of 255.
+const MAX_SIDE: u32 = 2048;
+/// An alpha of RGBD below this, which would divide by nothing, is taken for it.
 const LEAST_ALPHA: f32 = 1.0 / 255.0;
 
 #[derive(Clone, Debug, Deserialize)]

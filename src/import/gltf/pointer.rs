@@ -91,7 +91,7 @@ pub fn parse(pointer: &str, document: &Document) -> Result<Target, String> {
         [list, index, rest @ ..] => (*list, number(index).ok_or_else(unknown)?, rest),
         _ => return Err(unknown()),
     };
-    // As many weights as that are no weights.
+    // A weight beyond the morph targets would only take memory.
     let weight = |i: &str| number(i).filter(|&i| Some(i) < targets_at(list, index, document));
     let target = match (list, rest) {
         ("nodes", ["translation"]) => Target::Node(index, NodeProperty::Translation),
