@@ -6,7 +6,7 @@
 //! | 1 | interrupted, failed through no fault of the input, or beyond a limit that was given |
 //! | 2 | bad input: flags, scene, asset, or a place that cannot be written |
 //!
-//! Standard output carries what was asked for (schema, table, help); all messages go to standard error.
+//! Standard output carries what was asked for (schema, table, what a model holds, help); all messages go to standard error.
 
 mod bug;
 mod compare;

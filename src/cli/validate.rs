@@ -9,7 +9,7 @@ use std::{
 use super::{
     Failure,
     export::Name,
-    flags::Basics,
+    flags::{Basics, Choices},
     job::{self, Job},
     print,
     progress::{Waiting, duration},
@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut groups, mut pairs) = (Vec::new(), Vec::new());
     for file in &args.files {
         let name = unique_name(file, &mut names);
-        let Job { mut render, world, .. } = job::load(file, |render, _| {
+        let Job { mut render, world, .. } = job::load(file, &Choices::default(), |render, _| {
             args.basics.apply(render);
             render.threads = args.threads.or(render.threads);
             job::check(render)
