@@ -44,7 +44,7 @@ fn asset(path: &Path, _: &Selection) -> Result<Model, Vec<Diagnostic>> {
             aperture: 0.0,
             focus: 1.0,
         }],
-        environment: path.ends_with("b.glb").then(|| Environment {
+        environment: path.ends_with("b.glb").then_some(Environment {
             kind: EnvironmentKind::Image { image: ImageId(0), color_space: ColorSpace::Linear },
             strength: 3.0,
             rotation: 0.0,

@@ -97,7 +97,7 @@ fn rich() -> Value {
     push(&mut file["meshes"], json!({ "primitives": [skinned] }));
     file["skins"] = json!([{ "joints": [0, 1], "inverseBindMatrices": 7 }]);
     for (bytes, component, shape, count) in [
-        (vec![0u8, 1, 0, 0].repeat(4), U8, "VEC4", 4),
+        ([0u8, 1, 0, 0].repeat(4), U8, "VEC4", 4),
         (floats(&[0.5, 0.5, 0., 0.].repeat(4)), F32, "VEC4", 4),
         (floats(&[1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.].repeat(2)), F32, "MAT4", 2),
         (floats(&[0., 1.]), F32, "SCALAR", 2),
