@@ -467,3 +467,73 @@ fn degenerate_triangles_are_counted_in_a_warning() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && told.contains("warning: 2 triangles"), "{told}");
 }
+
+/// A triangle that moves up, seen by a camera called "Eye" on a node called "Stand".
+fn moving(folder: &Path) {
+    let numbers = [0f32, 0., 0., 1., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 0., 2., 0.];
+    let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+    fs::write(folder.join("moving.bin"), &bytes).expect("written");
+    let json = r#"{
+        "asset": { "version": "2.0" }, "extensionsUsed": ["KHR_xmp_json_ld", "KHR_mesh_quantization"],
+        "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [{ "mesh": 0 }, { "camera": 0, "name": "Stand", "translation": [0, 0, 5] }],
+        "cameras": [{ "name": "Eye", "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }],
+        "meshes": [{ "name": "wing", "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "buffers": [{ "byteLength": 68, "uri": "moving.bin" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 68 }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 },
+            { "bufferView": 0, "byteOffset": 36, "componentType": 5126, "type": "SCALAR", "count": 2 },
+            { "bufferView": 0, "byteOffset": 44, "componentType": 5126, "type": "VEC3", "count": 2 }
+        ],
+        "animations": [{ "name": "Rise", "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+            "samplers": [{ "input": 1, "output": 2 }] }]
+    }"#;
+    fs::write(folder.join("moving.gltf"), json).expect("written");
+}
+
+#[test]
+fn what_of_a_model_is_shown() {
+    let folder = folder();
+    let folder = folder.path();
+    moving(folder);
+    let picture = |flags: &str| {
+        let output = run(folder, &format!("render moving.gltf --size 32x24 --samples 2 -q -o p.png{flags}"));
+        assert!(output.status.success(), "{flags}: {}", text(&output.stderr));
+        fs::read(folder.join("p.png")).expect("is there")
+    };
+    let rest = picture("");
+    assert_eq!(rest, picture(" --animation Rise"));
+    assert_eq!(rest, picture(" --camera Stand --scene 0 --at -1"));
+    assert_ne!(rest, picture(" --at 0.5"));
+    assert_eq!(picture(" --at 1"), picture(" --animation Rise --at 7s"));
+    fails(folder, "render moving.gltf -o q.png --animation Rize", 2, "did you mean `Rise`?");
+    fails(folder, "render moving.gltf -o q.png --camera Eve", 2, "did you mean `Eye`?");
+    fails(folder, "render moving.gltf -o q.png --scene 1", 2, "no scene called");
+    fails(folder, "render scene.toml -o q.png --animation Rise", 2, "[[model]]");
+    fails(folder, "render scene.toml -o q.png --at 1", 2, "no model of this scene is animated");
+}
+
+#[test]
+fn info_tells_what_a_model_holds() {
+    let folder = folder();
+    let folder = folder.path();
+    moving(folder);
+    let output = run(folder, "info moving.gltf");
+    let told = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for part in
+        ["wing: 1 triangles", "Rise: 0 s to 1 s, 1 channels", "Eye: perspective", "KHR_xmp_json_ld: ignored"]
+    {
+        assert!(told.contains(part), "{part} is not in: {told}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_slice(&run(folder, "info moving.gltf --json").stdout).expect("JSON");
+    assert_eq!((&json["shown"]["triangles"], &json["animations"][0]["end"]), (&1.into(), &1.0.into()));
+    let extensions = json["extensions"].as_array().expect("a list");
+    let state = |name: &str| extensions.iter().find(|e| e["name"] == name).map(|e| e["supported"].clone());
+    assert_eq!(state("KHR_mesh_quantization"), Some(true.into()));
+    assert_eq!(state("KHR_xmp_json_ld"), Some(false.into()));
+    fails(folder, "info scene.toml", 2, "not a kind of model");
+    fails(folder, "info nothing.glb", 2, "no such file");
+}

@@ -22,6 +22,7 @@ impl Stage {
         let x = z.any_orthonormal_vector();
         let camera = Camera {
             name: String::new(),
+            node: String::new(),
             to_world: Affine3A::from_mat3_translation(Mat3::from_cols(x, z.cross(x), z), position),
             projection: Projection::Perspective { vfov: 1e-3 },
             aperture: 0.0,

@@ -9,10 +9,12 @@ use std::{
     time::{Duration, Instant},
 };
 
+use glam::Vec3;
 use rayo::{
     diagnostic::{Diagnostic, Severity},
-    import::gltf,
-    world::Model,
+    import::{gltf, image},
+    scene::Selection,
+    world::{Model, Texels},
 };
 use samples::{files, samples};
 
@@ -21,7 +23,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 fn load_in_time(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     let start = Instant::now();
-    let result = gltf::load(path);
+    let result = gltf::load(path, &Selection::default());
     assert!(start.elapsed() < TIME_LIMIT, "{} took {:?}", path.display(), start.elapsed());
     match &result {
         Ok(model) => assert_sound(model, path),
@@ -91,7 +93,7 @@ const KNOWN: [(&str, [usize; 5]); 17] = [
     ("TwoSidedPlane.glb", [1, 2, 0, 0, 3]),
     ("cameras/Cameras.gltf", [1, 2, 2, 0, 0]),
     ("geometry-camera-light.glb", [2, 14, 2, 2, 0]),
-    ("simple-instancing.glb", [1, 12, 0, 0, 0]),
+    ("simple-instancing.glb", [125, 1_500, 0, 0, 0]),
 ];
 
 #[test]
@@ -109,6 +111,78 @@ fn known_samples_hold_what_their_json_says() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Animation, seconds, and the corners of the box around all vertices, as Blender 5.0 evaluates the same file at the same
+/// time (+Y up again; its NLA strips begin at frame 1).
+type Posed = (&'static str, &'static str, f32, [[f32; 3]; 2]);
+
+const POSED: [Posed; 8] = [
+    ("Fox.glb", "Run", 11.0 / 24.0, [[-13.2767, -0.4856, -94.8363], [13.927, 73.2285, 69.4714]]),
+    ("Fox.glb", "Walk", 8.0 / 24.0, [[-12.7658, -0.3495, -91.3244], [12.4195, 74.8422, 70.0121]]),
+    ("SimpleSkin/SimpleSkin.gltf", "0", 0.5, [[-1.0608, 0.0, 0.0], [0.5518, 2.0605, 0.0]]),
+    ("SimpleSkin/SimpleSkin.gltf", "0", 4.0, [[-0.5, 0.0, 0.0], [1.0, 1.5, 0.0]]),
+    ("SimpleMorph/glTF/SimpleMorph.gltf", "0", 1.0, [[0.0, 0.0, 0.0], [1.5, 1.5, 0.0]]),
+    ("SimpleMorph/glTF/SimpleMorph.gltf", "0", 2.5, [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]]),
+    ("AnimatedMorphCube/glTF/AnimatedMorphCube.gltf", "Square", 1.0, [[-1.0; 3], [1.0, 1.0, -0.2942]]),
+    ("AnimatedMorphCube/glTF/AnimatedMorphCube.gltf", "Square", 2.0, [[-1.0; 3], [1.0, 1.0, -0.5251]]),
+];
+
+#[test]
+fn poses_are_those_of_blender() {
+    let Some(samples) = samples("gltf") else { return };
+    for (name, animation, at, [low, high]) in POSED {
+        let selection = Selection { animation: Some(animation.into()), at: Some(at), scene: None };
+        let model = gltf::load(&samples.join(name), &selection).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        assert_sound(&model, Path::new(name));
+        let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for instance in &model.instances {
+            for p in &model.meshes[instance.mesh.index()].positions {
+                let p = instance.to_world.transform_point3(*p);
+                (least, most) = (least.min(p), most.max(p));
+            }
+        }
+        let size = (Vec3::from(high) - Vec3::from(low)).length();
+        let error = (least - Vec3::from(low)).abs().max((most - Vec3::from(high)).abs()).max_element();
+        assert!(error < 5e-4 * size, "{name} at {at} s: {least} to {most}");
+    }
+}
+
+/// The box as Draco and as meshopt: the same cube, within the precision that each keeps.
+#[test]
+fn encodings_hold_the_same_box() {
+    let Some(samples) = samples("gltf") else { return };
+    for name in ["BoxDraco.gltf", "BoxMeshopt.gltf", "BoxMeshopt.glb"] {
+        let model = load_in_time(&samples.join("encodings").join(name)).unwrap_or_else(|e| panic!("{e:?}"));
+        let [instance] = &model.instances[..] else { panic!("{name}: {:?}", model.instances) };
+        let mesh = &model.meshes[instance.mesh.index()];
+        assert_eq!((mesh.triangles.len(), mesh.positions.len()), (12, 24), "{name}");
+        for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+            let (p, n) = (instance.to_world.transform_point3(*p), instance.to_world.transform_vector3(*n));
+            let n = n.normalize();
+            assert!(p.abs().abs_diff_eq(Vec3::splat(0.5), 1e-4), "{name}: {p}");
+            assert!(
+                (n.abs().max_element() - 1.0).abs() < 1e-3 && (p.dot(n) - 0.5).abs() < 1e-3,
+                "{name}: {n}"
+            );
+        }
+    }
+}
+
+/// The same picture as ETC1S, UASTC and plain RGBA, and a WebP.
+#[test]
+fn encoded_textures_decode() {
+    let Some(samples) = samples("gltf") else { return };
+    let load = |name: &str| {
+        let image = image::load(&samples.join("encodings").join(name)).unwrap_or_else(|e| panic!("{e:?}"));
+        let Texels::Rgba8(texels) = image.texels else { panic!("{name} is not of 8 bits") };
+        assert_eq!(texels.len(), image.width as usize * image.height as usize);
+        assert!(texels.iter().any(|t| t[..3] != texels[0][..3]), "{name} is all of one colour");
+        texels
+    };
+    for name in ["2d_etc1s.ktx2", "2d_uastc.ktx2", "2d_rgba8.ktx2", "test-lossy.webp"] {
+        load(name);
+    }
 }
 
 /// MikkTSpace as called here against the tangents that FlightHelmet brings, which Blender's exporter or its like made.

@@ -77,7 +77,7 @@ mod tests {
         let z = position.normalize();
         let x = Vec3::Y.cross(z).normalize();
         let to_world = Affine3A::from_mat3_translation(Mat3::from_cols(x, z.cross(x), z), position);
-        world::Camera { name: String::new(), to_world, projection, aperture, focus: 4.0 }
+        world::Camera { name: String::new(), node: String::new(), to_world, projection, aperture, focus: 4.0 }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use super::{
     Failure,
-    flags::Basics,
+    flags::{Basics, Choices},
     job::{self, Job},
     terminal::{has_color, say},
 };
@@ -46,6 +46,9 @@ pub struct Args {
     quiet: bool,
 
     #[command(flatten)]
+    choices: Choices,
+
+    #[command(flatten)]
     basics: Basics,
 }
 
@@ -70,7 +73,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.save_blend && args.to != Name::Blender {
         return Err(Failure::BadInput("error: --save-blend goes with --to blender only".into()));
     }
-    let Job { world, render, .. } = job::load(&args.file, |render, _| {
+    let Job { world, render, .. } = job::load(&args.file, &args.choices, |render, _| {
         args.basics.apply(render);
         job::check(render)
     })?;

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use crate::{
     output::{self, View},
     render::{self, Bounces, MAX_BOUNCES, MAX_SAMPLES, MAX_THREADS},
-    scene::parse_duration,
+    scene::{Selection, parse_duration},
 };
 
 /// As far as whole numbers reach in a scene file.
@@ -80,6 +80,33 @@ enum ViewName {
     Raw,
 }
 
+/// What of a model is shown, and from where.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Choosing from what models hold")]
+pub struct Choices {
+    /// Scene of a glTF file, by name or number (from 0); in a scene file: `scene` in [[model]]
+    #[arg(long, value_name = "NAME")]
+    pub scene: Option<String>,
+
+    /// Camera of a model, by its name or its node's
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+
+    /// Animation of a glTF file, by name or number (from 0); in a scene file: `animation` in [[model]]
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
+
+    /// Moment of the animation; in a scene file, of all models that are animated
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub at: Option<f32>,
+}
+
+impl Choices {
+    pub fn selection(&self) -> Selection {
+        Selection { scene: self.scene.clone(), animation: self.animation.clone(), at: self.at }
+    }
+}
+
 impl Basics {
     pub fn apply(&self, render: &mut render::Settings) {
         set(&mut render.size, self.size);
@@ -139,6 +166,11 @@ pub fn time(text: &str) -> Result<Duration, &'static str> {
     parse_duration(text).filter(|time| !time.is_zero()).ok_or("write a time such as 90s, 5m or 1h30m")
 }
 
+fn seconds(text: &str) -> Result<f32, &'static str> {
+    let seconds = text.strip_suffix('s').unwrap_or(text).parse().ok();
+    seconds.filter(|seconds: &f32| seconds.is_finite()).ok_or("write a number of seconds, such as 1.5")
+}
+
 fn noise(text: &str) -> Result<f32, &'static str> {
     let noise = text.parse().ok().filter(|noise| (0.0..1.0).contains(noise));
     noise.ok_or("write a number from 0 (never early) to below 1, such as 0.01")
@@ -172,6 +204,8 @@ mod tests {
     fn numbers_out_of_range() {
         assert!(["nan", "-0.1", "1", "inf", ""].iter().all(|text| noise(text).is_err()));
         assert!(["nan", "65", "x"].iter().all(|text| exposure(text).is_err()));
+        assert!(["nan", "inf", "1:30", ""].iter().all(|text| seconds(text).is_err()));
+        assert_eq!((seconds("1.5"), seconds("2s")), (Ok(1.5), Ok(2.0)));
         assert!(["0", "-1", "2000", "two"].iter().all(|text| threads(text).is_err()));
         assert!(["0s", "soon"].iter().all(|text| time(text).is_err()));
         assert_eq!((noise("0.02"), exposure("-1.5"), threads("3")), (Ok(0.02), Ok(-1.5), Ok(3)));

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Failure, terminal::has_color};
+use super::{Failure, flags::Choices, terminal::has_color};
 use crate::{
-    diagnostic::{self, Diagnostic},
+    diagnostic::{self, Diagnostic, Place},
     import::{assemble, studio},
-    output, render, scene,
+    output, render,
+    scene::{self, CameraSource, Lens, ModelSource, ValidScene},
     world::World,
 };
 
@@ -17,9 +18,10 @@ pub struct Job {
     pub output: output::Settings,
 }
 
-/// Reads `file`. `adjust` applies the flags before anything large is loaded; framing depends on the size of the picture.
+/// Reads `file`, and of its models what `choices` say. `adjust` applies the flags before anything large is loaded; framing depends on the size of the picture.
 pub fn load(
     file: &Path,
+    choices: &Choices,
     adjust: impl FnOnce(&mut render::Settings, &mut output::Settings) -> Result<(), Failure>,
 ) -> Result<Job, Failure> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -27,6 +29,7 @@ pub fn load(
         "toml" => {
             let mut scene = scene::load(file).map_err(|all| bad_input(&all))?;
             adjust(&mut scene.render, &mut scene.output)?;
+            choose(&mut scene, choices)?;
             let (world, render, output) = assemble(scene).map_err(|all| bad_input(&all))?;
             Ok(Job { world, render, output })
         }
@@ -37,7 +40,9 @@ pub fn load(
             let mut output =
                 output::Settings { file: name.with_extension("png"), ..output::Settings::default() };
             adjust(&mut render, &mut output)?;
-            let world = studio::bare_asset(file, render.size).map_err(|all| bad_input(&all))?;
+            let world =
+                studio::bare_asset(file, render.size, &choices.selection(), choices.camera.as_deref());
+            let world = world.map_err(|all| bad_input(&all))?;
             Ok(Job { world, render, output })
         }
         _ => {
@@ -47,6 +52,36 @@ pub fn load(
             )))
         }
     }
+}
+
+/// What `choices` can mean in a scene file, whose models say the rest themselves.
+fn choose(scene: &mut ValidScene, choices: &Choices) -> Result<(), Failure> {
+    let flags = [("scene", &choices.scene), ("animation", &choices.animation)];
+    if let Some((flag, _)) = flags.into_iter().find(|(_, given)| given.is_some()) {
+        return Err(Failure::BadInput(format!(
+            "error: --{flag} goes with a bare model; in a scene file write `{flag} = …` in its [[model]]"
+        )));
+    }
+    if let Some(at) = choices.at {
+        let animated =
+            |model: &&mut ModelSource| model.selection.animation.is_some() || model.selection.at.is_some();
+        let mut animated = scene.models.iter_mut().filter(animated).peekable();
+        if animated.peek().is_none() {
+            return Err(Failure::BadInput(
+                "error: --at: no model of this scene is animated; write `animation = …` in its [[model]]"
+                    .into(),
+            ));
+        }
+        animated.for_each(|model| model.selection.at = Some(at));
+    }
+    if let Some(name) = &choices.camera {
+        let (lens, focus) = match &scene.camera {
+            CameraSource::Imported { lens, focus, .. } => (*lens, *focus),
+            _ => (Lens::Diameter(0.0), None),
+        };
+        scene.camera = CameraSource::Imported { name: Some(name.clone()), lens, focus, place: Place::File };
+    }
+    Ok(())
 }
 
 /// Whether the settings, as the flags left them, can be rendered.

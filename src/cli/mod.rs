@@ -6,12 +6,13 @@
 //! | 1 | interrupted, failed through no fault of the input, or beyond a limit that was given |
 //! | 2 | bad input: flags, scene, asset, or a place that cannot be written |
 //!
-//! Standard output carries what was asked for (schema, table, help); all messages go to standard error.
+//! Standard output carries what was asked for (schema, table, what a model holds, help); all messages go to standard error.
 
 mod bug;
 mod compare;
 mod export;
 mod flags;
+mod info;
 mod interrupt;
 mod job;
 mod progress;
@@ -43,6 +44,7 @@ enum Command {
     Compare(compare::Args),
     Export(export::Args),
     Validate(validate::Args),
+    Info(info::Args),
     Schema(schema::Args),
 }
 
@@ -84,6 +86,7 @@ pub fn main() -> ExitCode {
             Command::Export(args) => export::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Compare(args) => compare::run(&args),
+            Command::Info(args) => info::run(&args),
             Command::Schema(args) => schema::run(&args),
         };
         match result {

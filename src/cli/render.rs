@@ -10,7 +10,7 @@ use std::{
 
 use super::{
     Failure,
-    flags::Overrides,
+    flags::{Choices, Overrides},
     interrupt::Interrupt,
     job::{self, Job},
     progress::{Progress, duration},
@@ -52,6 +52,9 @@ pub struct Args {
     quiet: bool,
 
     #[command(flatten)]
+    choices: Choices,
+
+    #[command(flatten)]
     overrides: Overrides,
 }
 
@@ -66,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
     let job = timed(&mut seconds.load, || {
         threads(args.overrides.threads())?
-            .install(|| job::load(&args.file, |render, output| adjust(render, output, args)))
+            .install(|| job::load(&args.file, &args.choices, |render, output| adjust(render, output, args)))
     })?;
     spare_sources(&job, args)?;
     if !args.quiet {

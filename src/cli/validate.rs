@@ -9,7 +9,7 @@ use std::{
 use super::{
     Failure,
     export::Name,
-    flags::Basics,
+    flags::{Basics, Choices},
     job::{self, Job},
     print,
     progress::{Waiting, duration},
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut groups, mut pairs) = (Vec::new(), Vec::new());
     for file in &args.files {
         let name = unique_name(file, &mut names);
-        let job = job::load(file, |render, _| {
+        let job = job::load(file, &Choices::default(), |render, _| {
             args.basics.apply(render);
             render.threads = args.threads.or(render.threads);
             job::check(render)

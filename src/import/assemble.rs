@@ -9,13 +9,16 @@ use glam::{Affine3A, Vec3};
 
 use super::{
     bounds::Bounds,
+    cameras,
     framing::{self, Subject},
     image, merge,
 };
 use crate::{
     diagnostic::{Diagnostic, Place, nearest, quote},
     output, render,
-    scene::{CameraSource, EnvironmentSource, EnvironmentSourceKind, Lens, ModelSource, ValidScene},
+    scene::{
+        CameraSource, EnvironmentSource, EnvironmentSourceKind, Lens, ModelSource, Selection, ValidScene,
+    },
     world::{
         Camera, ColorSpace, Environment, EnvironmentKind, Image, ImageId, Instance, Material, Model,
         Projection, Surface, Texture, World,
@@ -31,7 +34,7 @@ pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::S
 /// How files are read.
 #[derive(Clone, Copy)]
 struct Loaders {
-    model: fn(&Path) -> Result<Model, Vec<Diagnostic>>,
+    model: fn(&Path, &Selection) -> Result<Model, Vec<Diagnostic>>,
     image: fn(&Path) -> Result<Image, Diagnostic>,
 }
 
@@ -51,6 +54,7 @@ fn assemble_with(
         images: HashMap::new(),
         assets: HashMap::new(),
         cameras: Vec::new(),
+        surrounding: None,
         errors: Vec::new(),
     };
     for source in &scene.images {
@@ -63,14 +67,15 @@ fn assemble_with(
             filter: source.filter,
         });
     }
-    let environment = assembly.environment(&scene.environment);
+    let environment = scene.environment.as_ref().map(|source| assembly.environment(source));
     assembly.model.lights = scene.lights;
     for source in &scene.models {
         assembly.place(source);
     }
 
     let all_loaded = assembly.assets.values().all(Option::is_some);
-    let Assembly { file, model, cameras, mut errors, .. } = assembly;
+    let Assembly { file, model, cameras, surrounding, mut errors, .. } = assembly;
+    let environment = environment.or(surrounding).unwrap_or_else(darkness);
     let mut world = World {
         model,
         spheres: scene.spheres,
@@ -100,8 +105,10 @@ struct Assembly {
     file: PathBuf,
     model: Model,
     images: HashMap<PathBuf, Option<ImageId>>,
-    assets: HashMap<PathBuf, Option<Asset>>,
+    assets: HashMap<(PathBuf, Selection), Option<Asset>>,
     cameras: Vec<Camera>,
+    /// The first that a model brings.
+    surrounding: Option<Environment>,
     errors: Vec<Diagnostic>,
 }
 
@@ -153,8 +160,9 @@ impl Assembly {
     fn place(&mut self, source: &ModelSource) {
         // Two names of one file are one file.
         let file = std::fs::canonicalize(&source.file).unwrap_or_else(|_| source.file.clone());
-        if !self.assets.contains_key(&file) {
-            let asset = match (self.loaders.model)(&source.file) {
+        let key = (file, source.selection.clone());
+        if !self.assets.contains_key(&key) {
+            let asset = match (self.loaders.model)(&source.file, &source.selection) {
                 Ok(mut model) => {
                     let offsets = merge::append(&mut self.model, &mut model);
                     Some(Asset { model, offsets })
@@ -164,9 +172,9 @@ impl Assembly {
                     None
                 }
             };
-            self.assets.insert(file.clone(), asset);
+            self.assets.insert(key.clone(), asset);
         }
-        let Some(Some(asset)) = self.assets.get(&file) else {
+        let Some(Some(asset)) = self.assets.get(&key) else {
             return;
         };
 
@@ -212,6 +220,9 @@ impl Assembly {
         self.model.lights.extend(lights);
         let cameras = asset.model.cameras.iter().map(|camera| merge::place_camera(camera, source.to_world));
         self.cameras.extend(cameras);
+        if self.surrounding.is_none() {
+            self.surrounding = asset.model.environment.clone();
+        }
         if flat > 0 {
             let message = format!(
                 "{flat} parts of the model are left out: at this scale they have no volume, or no end"
@@ -242,13 +253,7 @@ fn camera(
             Ok(Camera { aperture, focus: focus.unwrap_or(framed.focus), ..framed })
         }
         CameraSource::Imported { name, lens, focus, place } => {
-            let found = match name {
-                Some(name) => cameras.iter().find(|camera| camera.name == *name),
-                None => cameras.first(),
-            };
-            let Some(camera) = found else {
-                return Err(Some(no_camera(name.as_deref(), cameras, place, file)));
-            };
+            let camera = cameras::find(cameras, name.as_deref(), file, place).map_err(Some)?;
             let focus =
                 focus.unwrap_or_else(|| framing::distance_along_view(camera, &Subject::of(world).bounds));
             Ok(Camera { aperture: diameter(*lens, camera.projection), focus, ..camera.clone() })
@@ -265,25 +270,8 @@ fn diameter(lens: Lens, projection: Projection) -> f32 {
     }
 }
 
-fn no_camera(name: Option<&str>, cameras: &[Camera], place: &Place, file: &Path) -> Diagnostic {
-    let names = || cameras.iter().map(|camera| camera.name.as_str());
-    let error = |message: String| Diagnostic::error(file, place.clone(), message);
-    match name {
-        None => {
-            error("no model has a camera".into()).help("say where the camera stands: `position` and `target`")
-        }
-        Some(name) => {
-            let error = error(format!("no model has a camera called {}", quote(name)));
-            match nearest(name, names()) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None if cameras.is_empty() => error.help("there are no cameras in the models"),
-                None => error.help(format!(
-                    "there are {}",
-                    names().take(20).map(quote).collect::<Vec<_>>().join(", ")
-                )),
-            }
-        }
-    }
+fn darkness() -> Environment {
+    Environment { kind: EnvironmentKind::Color(Vec3::ZERO), strength: 1.0, rotation: 0.0, visible: true }
 }
 
 fn is_invertible(to_world: Affine3A) -> bool {

@@ -139,6 +139,7 @@ pub(super) fn frame(subject: &Subject, projection: Projection, aspect: f32) -> C
     let translation = (subject.bounds.center() + x * right + y * up + distance * back).as_vec3a();
     Camera {
         name: "framed".into(),
+        node: String::new(),
         to_world: Affine3A { matrix3, translation },
         projection,
         aperture: 0.0,

@@ -1,4 +1,4 @@
-//! Image files into [`Image`]: PNG (8 and 16 bit), JPEG, WebP, BMP, TGA, Radiance HDR, OpenEXR.
+//! Image files into [`Image`]: PNG (8 and 16 bit), JPEG, WebP, BMP, TGA, Radiance HDR, OpenEXR, KTX2.
 //!
 //! Grey, palette and missing alpha are expanded to RGBA; 16-bit files stay 16-bit, floating-point ones become RGB. The
 //! numbers are those of the file: what they mean (sRGB or linear) is said by [`ColorSpace`](crate::world::ColorSpace), and
@@ -15,6 +15,7 @@ use std::{
 
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits, Luma, LumaA, Rgb};
 
+use super::ktx2;
 use crate::{
     diagnostic::{Diagnostic, Place},
     input,
@@ -37,14 +38,20 @@ pub fn load(path: &Path) -> Result<Image, Diagnostic> {
         input::read(path, MAX_FILE_BYTES).map_err(|e| error(format!("the image cannot be read: {e}")))?;
     decode(&bytes, &path.to_string_lossy()).map_err(|e| {
         error(format!("the image cannot be decoded: {e}"))
-            .help("PNG, JPEG, WebP, BMP, TGA, HDR and EXR are read")
+            .help("PNG, JPEG, WebP, BMP, TGA, HDR, EXR and KTX2 are read")
     })
 }
 
 /// Decodes `bytes`. `name` becomes the image's name; its ending tells the format where the bytes do not (TGA).
 pub fn decode(bytes: &[u8], name: &str) -> Result<Image, String> {
     let guarded = catch_unwind(AssertUnwindSafe(|| {
-        if bytes.starts_with(&EXR_MAGIC) { decode_exr(bytes) } else { decode_common(bytes, name) }
+        if bytes.starts_with(&EXR_MAGIC) {
+            decode_exr(bytes)
+        } else if bytes.starts_with(&ktx2::MAGIC) {
+            ktx2::decode(bytes)
+        } else {
+            decode_common(bytes, name)
+        }
     }));
     let (width, height, texels) = guarded.unwrap_or_else(|_| Err("its decoder failed on it".into()))?;
     Ok(Image { name: name.to_owned(), width, height, texels })
@@ -59,7 +66,8 @@ pub fn byte_size(image: &Image) -> u64 {
     }
 }
 
-type Decoded = (u32, u32, Texels);
+/// Width, height and what fills them.
+pub(super) type Decoded = (u32, u32, Texels);
 
 fn decode_common(bytes: &[u8], name: &str) -> Result<Decoded, String> {
     if bytes.is_empty() {
@@ -85,7 +93,7 @@ fn decode_common(bytes: &[u8], name: &str) -> Result<Decoded, String> {
 }
 
 /// Refuses what is empty or over the limits at `bytes` per texel.
-fn check_size(width: u32, height: u32, bytes: u64) -> Result<(), String> {
+pub(super) fn check_size(width: u32, height: u32, bytes: u64) -> Result<(), String> {
     if width == 0 || height == 0 {
         return Err("it has no texels".into());
     }
@@ -131,7 +139,7 @@ fn expand(image: DynamicImage) -> Result<Texels, String> {
 }
 
 /// A single NaN or infinity would poison every average over the image.
-fn finite(texel: [f32; 3]) -> [f32; 3] {
+pub(super) fn finite(texel: [f32; 3]) -> [f32; 3] {
     texel.map(|c| if c.is_finite() { c } else { 0.0 })
 }
 
@@ -280,6 +288,7 @@ mod tests {
         let mut files: Vec<_> = formats.map(|format| encoded(image.clone(), format)).into();
         files.push(encoded(Rgb32FImage::from_pixel(9, 2, Rgb([0.5, 1.0, 4.0])), ImageFormat::Hdr));
         files.push(exr());
+        files.push(ktx2::tests::texture(37, [3, 3], false, &[7; 36]));
         let mut state = 1u64;
         let mut random = |n: usize| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -3,8 +3,8 @@
 use glam::{Affine3A, Mat3A};
 
 use crate::world::{
-    Camera, ColorInput, Light, Material, MaterialId, MeshId, Model, ScalarInput, Surface, TextureId,
-    TextureRef,
+    Camera, ColorInput, Environment, EnvironmentKind, Light, Material, MaterialId, MeshId, Model,
+    ScalarInput, Surface, TextureId, TextureRef,
 };
 
 /// Where the parts of a model begin in the model it was appended to.
@@ -25,7 +25,7 @@ impl Offsets {
 }
 
 /// Moves meshes, images, textures, materials, warnings and sources of `part` into `whole`. Instances, lights and cameras stay:
-/// they are placed, possibly several times.
+/// they are placed, possibly several times; so does the surrounding.
 pub(super) fn append(whole: &mut Model, part: &mut Model) -> Offsets {
     let offsets = Offsets { meshes: whole.meshes.len() as u32, materials: whole.materials.len() as u32 };
     let (images, textures) = (whole.images.len() as u32, whole.textures.len() as u32);
@@ -34,6 +34,9 @@ pub(super) fn append(whole: &mut Model, part: &mut Model) -> Offsets {
     }
     for material in &mut part.materials {
         shift_textures(material, textures);
+    }
+    if let Some(Environment { kind: EnvironmentKind::Image { image, .. }, .. }) = &mut part.environment {
+        image.0 += images;
     }
     whole.meshes.append(&mut part.meshes);
     whole.images.append(&mut part.images);

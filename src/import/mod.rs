@@ -3,9 +3,12 @@
 
 mod assemble;
 mod bounds;
+mod cameras;
 mod framing;
 pub mod gltf;
 pub mod image;
+mod info;
+mod ktx2;
 mod merge;
 pub mod obj;
 pub mod studio;
@@ -14,17 +17,23 @@ mod tangents;
 use std::path::Path;
 
 pub use assemble::assemble;
+pub use info::info;
 
 use crate::{
     diagnostic::{Diagnostic, Place},
+    scene::Selection,
     world::Model,
 };
 
-/// Reads an asset, of the kind that its file name says.
-pub fn model(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+/// Reads what `selection` says of an asset, of the kind that its file name says.
+pub fn model(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut model = match extension.as_str() {
-        "glb" | "gltf" => gltf::load(path)?,
+        "glb" | "gltf" => gltf::load(path, selection)?,
+        "obj" if *selection != Selection::default() => {
+            let message = "an OBJ file has no scenes and no animations to choose from";
+            return Err(vec![Diagnostic::error(path, Place::File, message)]);
+        }
         "obj" => obj::load(path)?,
         _ => {
             let message = "this is not a kind of model that can be read";

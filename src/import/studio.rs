@@ -17,12 +17,14 @@ use glam::{Affine3A, DVec2, DVec3, Vec3};
 
 use super::{
     bounds::Bounds,
+    cameras,
     framing::{self, Subject},
     model,
 };
 use crate::{
     color::luminance,
     diagnostic::{Diagnostic, Place},
+    scene::Selection,
     world::{
         Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Light, Material, MaterialId,
         Mesh, MeshId, Projection, Quad, Surface, World,
@@ -66,10 +68,15 @@ const ARC: u32 = 32;
 /// How often a light is moved outwards before it is given up.
 const MOVES: u32 = 40;
 
-/// The asset at `path` in the studio, for a picture of this size in pixels: seen by its own camera, or else one that
-/// frames it.
-pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>> {
-    let mut model = model(path)?;
+/// The asset at `path` in the studio, for a picture of this size in pixels: seen by its own camera, that which is called
+/// `camera` where a name is given, or else one that frames it. One with a surrounding of its own is shown in that.
+pub fn bare_asset(
+    path: &Path,
+    size: [u32; 2],
+    selection: &Selection,
+    camera: Option<&str>,
+) -> Result<World, Vec<Diagnostic>> {
+    let mut model = model(path, selection)?;
     let shows = |instance: &Instance| {
         let mesh = &model.meshes[instance.mesh.index()];
         mesh.triangles.iter().any(|t| t.iter().all(|&i| mesh.positions[i as usize].is_finite()))
@@ -91,11 +98,19 @@ pub fn bare_asset(path: &Path, size: [u32; 2]) -> Result<World, Vec<Diagnostic>>
     let subject = Subject::of(&world);
     let bounds = subject.bounds;
     world.camera = match world.model.cameras.first() {
-        Some(own) => own.clone(),
+        Some(_) => cameras::find(&world.model.cameras, camera, path, &Place::File)
+            .map_err(|error| vec![error])?
+            .clone(),
+        None if camera.is_some() => {
+            let error = cameras::find(&[], camera, path, &Place::File).err();
+            return Err(error.into_iter().collect());
+        }
         None => framing::frame(&subject, framing::USUAL, aspect as f32),
     };
     let own = own_light(&world.model.lights, &bounds);
-    if own < ENOUGH {
+    if let Some(surrounding) = &world.model.environment {
+        world.environment = surrounding.clone();
+    } else if own < ENOUGH {
         furnish(&mut world, &bounds, aspect);
     } else {
         world.environment.strength = DIMMED;

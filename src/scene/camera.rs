@@ -45,7 +45,7 @@ table! {
         fstop: Option<f32>; above(0.0),
         /// Distance of the plane in focus, metres; not the focal length. Without it: the distance of the target.
         focus: Option<f32>; above(0.0),
-        /// A camera of a model instead of one placed here: its name, or true for the first there is.
+        /// A camera of a model instead of one placed here: its name, that of its node, or true for the first there is.
         imported: Option<Imported>,
     }
 }
@@ -124,6 +124,7 @@ impl Camera {
         let to_world = place(position, self.target, self.up, keys, cx);
         CameraSource::Placed(Placed {
             name: "scene".into(),
+            node: String::new(),
             to_world,
             projection,
             aperture: match projection {

@@ -1,9 +1,7 @@
 //! The whole file: its sections, and how they become a [`ValidScene`].
 
-use glam::Vec3;
-
 use super::{
-    CameraSource, EnvironmentSource, EnvironmentSourceKind, ValidScene,
+    CameraSource, ValidScene,
     camera::Camera,
     context::Context,
     environment::Environment,
@@ -53,10 +51,7 @@ impl Document {
         let render = self.render.or_else(|| Render::absent(cx))?.resolve(cx);
         let output = self.output.or_else(|| Output::absent(cx))?.resolve(cx);
         let camera = self.camera.or_else(|| Camera::absent(cx))?.resolve(cx);
-        let environment = match self.environment {
-            Some(environment) => environment.resolve(cx),
-            None => darkness(),
-        };
+        let environment = self.environment.map(|environment| environment.resolve(cx));
         let mut materials: Vec<crate::world::Material> =
             self.materials.0.into_iter().map(|(name, material, _)| material.resolve(&name, cx)).collect();
         let mut spheres: Vec<_> = self.sphere.into_iter().map(Sphere::resolve).collect();
@@ -100,13 +95,4 @@ fn material_names(document: &Value) -> std::collections::BTreeMap<String, Materi
     let mut names: Vec<_> = table.keys().collect();
     names.sort_by_key(|name| name.span().start);
     names.iter().enumerate().map(|(i, name)| (name.get_ref().to_string(), MaterialId(i as u32))).collect()
-}
-
-fn darkness() -> EnvironmentSource {
-    EnvironmentSource {
-        kind: EnvironmentSourceKind::Color(Vec3::ZERO),
-        strength: 1.0,
-        rotation: 0.0,
-        visible: true,
-    }
 }

@@ -28,6 +28,7 @@ mod primitive;
 mod range;
 mod read;
 mod render;
+mod selection;
 mod table;
 mod texture;
 mod time;
@@ -38,6 +39,7 @@ mod vector;
 mod tests;
 
 pub use load::{load, parse, schema};
+pub use selection::Selection;
 pub use time::parse_duration;
 pub use valid::{
     CameraSource, EnvironmentSource, EnvironmentSourceKind, ImageSource, Lens, MaterialOverride, ModelSource,

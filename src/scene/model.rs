@@ -3,11 +3,12 @@
 use glam::{Affine3A, Mat3, Quat, Vec3};
 
 use super::{
-    MaterialOverride, ModelSource,
+    MaterialOverride, ModelSource, Selection,
     context::Context,
     path::ModelFile,
     primitive::MaterialName,
     read::Named,
+    selection::Pick,
     table::table,
     vector::{Scale, Triple},
 };
@@ -23,6 +24,12 @@ table! {
         rotate: Triple = Triple([0.0, 0.0, 0.0]),
         /// Scaled first: one factor, or one for each axis; negative ones mirror.
         scale: Scale = Scale::Uniform(1.0),
+        /// The scene of a glTF file that is shown, by name or number; without it, the file's own choice.
+        scene: Option<Pick>,
+        /// The animation that is shown, by name or number; without it, the first if there is `at`, or else the pose at rest.
+        animation: Option<Pick>,
+        /// The moment of the animation, seconds; 0 where only `animation` is given.
+        at: Option<f32>,
         /// A material for all of it.
         material: Option<MaterialName>,
         /// Materials in place of the model's own, by their names.
@@ -42,8 +49,18 @@ impl Model {
                 "`scale` is too extreme: the model would lose all volume, or be infinite",
             );
         }
+        let obj = self.file.0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+        if let Some(key) = self.keys.first(&["scene", "animation", "at"]).filter(|_| obj) {
+            cx.error(
+                self.keys.key(key),
+                format!("`{key}` goes with glTF files: an OBJ file has no such thing"),
+            )
+            .help("leave it out");
+        }
+        let text = |pick: Option<Pick>| pick.map(|pick| pick.0);
         let replacements = self.materials.0.into_iter();
         ModelSource {
+            selection: Selection { scene: text(self.scene), animation: text(self.animation), at: self.at },
             to_world: Affine3A::from_mat3_translation(linear, self.translate.vec()),
             material: self.material.map(|material| material.0),
             materials: replacements

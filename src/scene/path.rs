@@ -23,7 +23,7 @@ pub(super) struct ModelFile(pub PathBuf);
 #[derive(Clone, Debug)]
 pub(super) struct OutputFile(pub PathBuf);
 
-const IMAGES: &[&str] = &["png", "jpg", "jpeg", "hdr", "exr", "webp", "bmp", "tga"];
+const IMAGES: &[&str] = &["png", "jpg", "jpeg", "hdr", "exr", "webp", "bmp", "tga", "ktx2"];
 const MODELS: &[&str] = &["glb", "gltf", "obj"];
 const OUTPUTS: &[&str] = &["png", "exr", "hdr"];
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use glam::{Affine3A, Vec3};
 
+use super::Selection;
 use crate::{
     diagnostic::{Diagnostic, Place},
     output, render,
@@ -19,7 +20,8 @@ pub struct ValidScene {
     pub render: render::Settings,
     pub output: output::Settings,
     pub camera: CameraSource,
-    pub environment: EnvironmentSource,
+    /// Without: what a model brings, or nothing.
+    pub environment: Option<EnvironmentSource>,
     pub materials: Vec<Material>,
     pub images: Vec<ImageSource>,
     pub spheres: Vec<Sphere>,
@@ -32,7 +34,7 @@ pub struct ValidScene {
 #[derive(Clone, Debug)]
 pub enum CameraSource {
     Placed(Camera),
-    /// A camera of one of the models: by name, or the first there is. Without `focus` the middle of everything is in
+    /// A camera of one of the models: by its name or its node's, or the first there is. Without `focus` the middle of everything is in
     /// focus.
     Imported {
         name: Option<String>,
@@ -104,6 +106,8 @@ pub struct ImageSource {
 #[derive(Clone, Debug)]
 pub struct ModelSource {
     pub file: PathBuf,
+    /// What of it is shown.
+    pub selection: Selection,
     pub to_world: Affine3A,
     /// Replaces every imported material.
     pub material: Option<MaterialId>,

@@ -13,6 +13,8 @@ pub enum Projection {
 #[derive(Clone, Debug)]
 pub struct Camera {
     pub name: String,
+    /// Name of the node that holds it, by which it may be asked for too; empty where there is none.
+    pub node: String,
     /// Camera to world; rigid (any scale has been removed).
     pub to_world: Affine3A,
     pub projection: Projection,

@@ -57,6 +57,8 @@ pub struct Model {
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
     pub cameras: Vec<Camera>,
+    /// The surrounding that the asset brings; its image is among `images`.
+    pub environment: Option<Environment>,
     /// What was set aside or approximated on the way.
     pub warnings: Vec<Diagnostic>,
     /// The files that it was made of.

@@ -117,7 +117,10 @@ mod tests {
 
     fn lens_of(projection: Projection, aperture: f32) -> document::Camera {
         let to_world = Affine3A::IDENTITY;
-        camera(&Camera { name: String::new(), to_world, projection, aperture, focus: 2.0 }, 100.0)
+        camera(
+            &Camera { name: String::new(), node: String::new(), to_world, projection, aperture, focus: 2.0 },
+            100.0,
+        )
     }
 
     #[test]

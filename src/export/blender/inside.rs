@@ -102,6 +102,7 @@ mod tests {
                 },
                 camera: Camera {
                     name: String::new(),
+                    node: String::new(),
                     to_world: Affine3A::from_translation(Vec3::new(0.0, 0.0, 5.0)),
                     projection: Projection::Perspective { vfov: 1.0 },
                     aperture: 0.0,

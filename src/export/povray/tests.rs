@@ -8,6 +8,7 @@ use crate::world::*;
 fn world(surface: Surface) -> World {
     let camera = Camera {
         name: String::new(),
+        node: String::new(),
         to_world: Affine3A::from_translation(Vec3::new(0.0, 0.0, 10.0)),
         projection: Projection::Orthographic { half_height: 1.0 },
         aperture: 0.0,

@@ -130,6 +130,7 @@ mod tests {
     fn perspective() -> Camera {
         Camera {
             name: String::new(),
+            node: String::new(),
             to_world: Affine3A::from_translation(Vec3::new(0.0, 1.0, 5.0)),
             projection: Projection::Perspective { vfov: std::f32::consts::FRAC_PI_2 },
             aperture: 0.0,

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// A triangle of a textured material called "Paint", a light, a camera called "Cam".
-fn asset(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+fn asset(path: &Path, _: &Selection) -> Result<Model, Vec<Diagnostic>> {
     if std::fs::read_to_string(path).is_ok_and(|text| text == "broken") {
         return Err(vec![Diagnostic::error(path, Place::Pointer("/meshes/0".into()), "is broken")]);
     }
@@ -38,11 +38,18 @@ fn asset(path: &Path) -> Result<Model, Vec<Diagnostic>> {
         lights: vec![Light::Point { position: Vec3::X, intensity: Vec3::ONE }],
         cameras: vec![Camera {
             name: "Cam".into(),
+            node: "Stand".into(),
             to_world: Affine3A::from_translation(5.0 * Vec3::Z),
             projection: Projection::Perspective { vfov: 1.0 },
             aperture: 0.0,
             focus: 1.0,
         }],
+        environment: path.ends_with("b.glb").then_some(Environment {
+            kind: EnvironmentKind::Image { image: ImageId(0), color_space: ColorSpace::Linear },
+            strength: 3.0,
+            rotation: 0.0,
+            visible: true,
+        }),
         warnings: Vec::new(),
         sources: Vec::new(),
     })
@@ -100,6 +107,33 @@ fn a_file_is_loaded_once_and_placed_often() {
     assert_eq!(texture.image, ImageId(2));
     // The light goes with its model, and is as strong.
     assert_eq!(model.lights[1], Light::Point { position: Vec3::new(8.0, 0.0, 0.0), intensity: Vec3::ONE });
+}
+
+#[test]
+fn each_moment_of_a_file_is_a_model_of_its_own() {
+    let world = build(
+        "[[model]]\nfile = \"a.glb\"\nat = 1\n[[model]]\nfile = \"a.glb\"\nat = 2\n[[model]]\nfile = \"a.glb\"\nat = 1\n",
+    );
+    assert_eq!(world.expect("is good").model.meshes.len(), 2);
+}
+
+#[test]
+fn the_surrounding_of_a_model_yields_to_that_of_the_scene() {
+    let models = "[[model]]\nfile = \"a.glb\"\n[[model]]\nfile = \"b.glb\"\n";
+    let environment = build(models).expect("is good").environment;
+    // The image of the second asset.
+    let kind = EnvironmentKind::Image { image: ImageId(1), color_space: ColorSpace::Linear };
+    assert_eq!((environment.kind, environment.strength), (kind, 3.0));
+    let own = build(&format!("[environment]\ntype = \"color\"\n{models}")).expect("is good").environment;
+    assert_eq!(own.kind, EnvironmentKind::Color(Vec3::ONE));
+}
+
+#[test]
+fn a_camera_is_called_by_its_name_or_its_nodes() {
+    for name in ["Cam", "Stand"] {
+        let text = format!("[camera]\nimported = \"{name}\"\n[[model]]\nfile = \"a.glb\"\n");
+        assert_eq!(build(&text).expect("is good").camera.name, "Cam");
+    }
 }
 
 #[test]

@@ -227,6 +227,17 @@ impl<'a> Accessor<'a> {
         out
     }
 
+    /// Element `i` of unsigned integers, whose missing components are zero.
+    pub fn integers<const N: usize>(&self, i: usize) -> [u32; N] {
+        let mut out = [0; N];
+        if let Some(bytes) = self.element(i) {
+            for (c, value) in out.iter_mut().enumerate().take(self.components) {
+                *value = unsigned(bytes, self.component, c);
+            }
+        }
+        out
+    }
+
     /// Element `i` of an accessor of vertex indices.
     pub fn vertex(&self, i: usize) -> u32 {
         self.element(i).map_or(0, |bytes| unsigned(bytes, self.component, 0))

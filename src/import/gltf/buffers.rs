@@ -3,7 +3,9 @@
 //! glTF 2.0, section 3.6.1 "Buffers and Buffer Views". A buffer without URI is the BIN chunk if it is the first and there
 //! is one; otherwise it has no bytes, which matters only to what reads it.
 
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, collections::HashMap, path::Path};
+
+use gltf::json::{self, Index, buffer::Stride};
 
 use super::{
     container::Container,
@@ -12,8 +14,16 @@ use super::{
     uri,
 };
 
-/// Bytes of each buffer, cut to its `byteLength`.
-pub struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
+/// Bytes that compressed geometry of a file may take once it is decompressed, for each way of compression.
+pub const MAX_DECODED_BYTES: usize = 1 << 30;
+
+/// Where views find their bytes.
+pub struct Buffers<'a> {
+    /// Of each buffer, cut to its `byteLength`.
+    buffers: Vec<Option<Cow<'a, [u8]>>>,
+    /// Of views that hold something else than their part of a buffer.
+    replaced: HashMap<usize, Vec<u8>>,
+}
 
 /// Loads all buffers and checks that views lie inside them.
 pub fn load<'a>(
@@ -55,7 +65,7 @@ pub fn load<'a>(
         loaded.push(None);
     }
     check_views(document, report);
-    Buffers(loaded)
+    Buffers { buffers: loaded, replaced: HashMap::new() }
 }
 
 fn check_views(document: &Document, report: &mut Report) {
@@ -78,9 +88,44 @@ fn check_views(document: &Document, report: &mut Report) {
 impl Buffers<'_> {
     /// The bytes of a view. `None` where its buffer has none.
     pub fn view(&self, document: &Document, index: usize) -> Option<&[u8]> {
+        if let Some(bytes) = self.replaced.get(&index) {
+            return Some(bytes);
+        }
         let view = document.views.get(index)?;
         let start = usize::try_from(view.byte_offset.map_or(0, |o| o.0)).ok()?;
         let end = start.checked_add(usize::try_from(view.byte_length.0).ok()?)?;
-        self.0.get(view.buffer.value())?.as_deref()?.get(start..end)
+        self.bytes(view.buffer.value())?.get(start..end)
+    }
+
+    /// The bytes of a buffer. `None` where it has none.
+    pub fn bytes(&self, buffer: usize) -> Option<&[u8]> {
+        self.buffers.get(buffer)?.as_deref()
+    }
+
+    /// View `index` shall hold `bytes`, which are as many as it had.
+    pub fn replace(&mut self, index: usize, bytes: Vec<u8>) {
+        self.replaced.insert(index, bytes);
+    }
+
+    /// A new view of `document` that holds `bytes`.
+    pub fn append(
+        &mut self,
+        document: &mut Document,
+        bytes: Vec<u8>,
+        stride: Option<usize>,
+    ) -> Index<json::buffer::View> {
+        let index = document.views.len();
+        document.views.push(json::buffer::View {
+            buffer: Index::new(u32::MAX),
+            byte_length: bytes.len().into(),
+            byte_offset: None,
+            byte_stride: stride.map(Stride),
+            name: None,
+            target: None,
+            extensions: None,
+            extras: Default::default(),
+        });
+        self.replaced.insert(index, bytes);
+        Index::new(index as u32)
     }
 }

@@ -7,10 +7,11 @@ use gltf::json::validation::Checked;
 
 use super::{
     document::Document,
+    ibl,
     material::slots,
     nodes,
     report::{Problem, Report},
-    textures::{NO_SOURCE, webp_source},
+    textures::{NO_SOURCE, extension_sources},
 };
 
 /// Checks references by value against the number of elements there are.
@@ -31,6 +32,9 @@ impl References<'_> {
 pub fn references(document: &Document, report: &mut Report) {
     let mut references = References { report };
     scenes(document, &mut references);
+    skins(document, &mut references);
+    animations(document, &mut references);
+    image_lights(document, &mut references);
     meshes(document, &mut references);
     materials(document, &mut references);
     data(document, &mut references);
@@ -59,12 +63,71 @@ fn scenes(document: &Document, references: &mut References) {
                 .check(camera.value(), document.cameras.len(), "camera", || format!("/nodes/{i}/camera"));
         }
         if let Some(skin) = node.skin {
-            references.check(skin.value(), document.skins, "skin", || format!("/nodes/{i}/skin"));
+            references.check(skin.value(), document.skins.len(), "skin", || format!("/nodes/{i}/skin"));
         }
         if let Some(light) = nodes::light_index(node) {
             references.check(light, document.lights.len(), "light", || {
                 format!("/nodes/{i}/extensions/KHR_lights_punctual/light")
             });
+        }
+    }
+}
+
+fn skins(document: &Document, references: &mut References) {
+    for (i, skin) in document.skins.iter().enumerate() {
+        if skin.joints.is_empty() {
+            references.report.error(Problem::new(format!("/skins/{i}/joints"), "is empty"));
+        }
+        for (j, joint) in skin.joints.iter().enumerate() {
+            references
+                .check(joint.value(), document.nodes.len(), "node", || format!("/skins/{i}/joints/{j}"));
+        }
+        if let Some(skeleton) = skin.skeleton {
+            references
+                .check(skeleton.value(), document.nodes.len(), "node", || format!("/skins/{i}/skeleton"));
+        }
+        if let Some(matrices) = skin.inverse_bind_matrices {
+            references.check(matrices.value(), document.accessors.len(), "accessor", || {
+                format!("/skins/{i}/inverseBindMatrices")
+            });
+        }
+    }
+}
+
+fn animations(document: &Document, references: &mut References) {
+    let accessors = document.accessors.len();
+    for (i, animation) in document.animations.iter().enumerate() {
+        for (j, sampler) in animation.samplers.iter().enumerate() {
+            for (name, index) in [("input", sampler.input), ("output", sampler.output)] {
+                references
+                    .check(index, accessors, "accessor", || format!("/animations/{i}/samplers/{j}/{name}"));
+            }
+        }
+        for (j, channel) in animation.channels.iter().enumerate() {
+            let at = |rest: &str| format!("/animations/{i}/channels/{j}/{rest}");
+            references.check(channel.sampler, animation.samplers.len(), "sampler", || at("sampler"));
+            if let Some(node) = channel.target.node {
+                references.check(node, document.nodes.len(), "node", || at("target/node"));
+            }
+        }
+    }
+}
+
+fn image_lights(document: &Document, references: &mut References) {
+    for i in 0..document.scenes.len() {
+        if let Some(light) = ibl::index(document, i) {
+            references.check(light, document.image_lights.len(), "light", || {
+                format!("/scenes/{i}/extensions/{}/light", ibl::NAME)
+            });
+        }
+    }
+    for (i, light) in document.image_lights.iter().enumerate() {
+        for (j, faces) in light.specular_images.iter().enumerate() {
+            for (k, &image) in faces.iter().enumerate() {
+                references.check(image, document.images.len(), "image", || {
+                    format!("/extensions/{}/lights/{i}/specularImages/{j}/{k}", ibl::NAME)
+                });
+            }
         }
     }
 }
@@ -123,10 +186,8 @@ fn materials(document: &Document, references: &mut References) {
         if texture.source.value() != NO_SOURCE {
             references.check(texture.source.value(), images, "image", || format!("/textures/{i}/source"));
         }
-        if let Some(source) = webp_source(texture) {
-            references.check(source, images, "image", || {
-                format!("/textures/{i}/extensions/EXT_texture_webp/source")
-            });
+        for (name, source) in extension_sources(texture) {
+            references.check(source, images, "image", || format!("/textures/{i}/extensions/{name}/source"));
         }
         if let Some(sampler) = texture.sampler {
             references.check(sampler.value(), document.samplers.len(), "sampler", || {

@@ -9,14 +9,17 @@
 //!
 //! Each element is then read by itself: one that is wrong is reported with its pointer, and the rest are still looked at.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gltf::json;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::{
+    animation::Animation,
     extensions,
+    ibl::{self, ImageLight},
+    pointer,
     report::{Problem, Report},
 };
 
@@ -38,17 +41,29 @@ pub struct Document {
     pub samplers: Vec<json::texture::Sampler>,
     pub scenes: Vec<json::Scene>,
     pub textures: Vec<json::Texture>,
+    pub skins: Vec<json::Skin>,
     /// The default scene, as the file gives it.
     pub scene: Option<usize>,
-    /// Neither skins nor animations are read yet; there are so many.
-    pub skins: usize,
-    pub animations: usize,
+    pub animations: Vec<Animation>,
+    pub image_lights: Vec<ImageLight>,
+    /// The JSON of what KHR_animation_pointer points to, by its pointer.
+    pub animated: BTreeMap<String, Value>,
+    /// Extensions that the file uses or lists, with those that are required.
+    pub extensions: BTreeMap<String, bool>,
+    pub generator: Option<String>,
+    /// Names of KHR_materials_variants.
+    pub variants: Vec<String>,
 }
 
 /// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
 pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
     let mut root = object(text, report)?;
     version(&root, report)?;
+    let text = |value: Option<&Value>| value.and_then(Value::as_str).map(str::to_owned);
+    let generator = text(root.get("asset").and_then(|asset| asset.get("generator")));
+    let variants =
+        root.get("extensions").and_then(|e| e.get("KHR_materials_variants")?.get("variants")?.as_array());
+    let variants = variants.into_iter().flatten().map(|v| text(v.get("name")).unwrap_or_default()).collect();
     let mut met = BTreeSet::new();
     for value in root.values_mut() {
         normalise(value, "", &mut met);
@@ -56,12 +71,15 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
     if let Some(Value::Object(found)) = root.get_mut("extensions") {
         extensions::retain_supported(found, &mut met);
     }
-    extensions::check(&root, &met, report);
+    let extensions = extensions::check(&root, &met, report);
 
-    let mut lights = match root.get_mut("extensions").and_then(|e| e.get_mut("KHR_lights_punctual")) {
+    let animations: Vec<Animation> = section(&mut root, "", "animations", report);
+    let animated = animated(&root, &animations);
+    let mut lights_of = |name: &str| match root.get_mut("extensions").and_then(|e| e.get_mut(name)) {
         Some(Value::Object(lights)) => std::mem::take(lights),
         _ => Map::new(),
     };
+    let (mut lights, mut image_lights) = (lights_of("KHR_lights_punctual"), lights_of(ibl::NAME));
     if let Some(Value::Array(scenes)) = root.get_mut("scenes") {
         for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
@@ -77,8 +95,6 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
             index
         }
     };
-    let count = |key: &str| root.get(key).and_then(Value::as_array).map_or(0, Vec::len);
-    let (skins, animations) = (count("skins"), count("animations"));
     let document = Document {
         accessors: section(&mut root, "", "accessors", report),
         buffers: section(&mut root, "", "buffers", report),
@@ -92,11 +108,33 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
         samplers: section(&mut root, "", "samplers", report),
         scenes: section(&mut root, "", "scenes", report),
         textures: section(&mut root, "", "textures", report),
+        skins: section(&mut root, "", "skins", report),
         scene,
-        skins,
         animations,
+        image_lights: section(&mut image_lights, "/extensions/EXT_lights_image_based", "lights", report),
+        animated,
+        extensions,
+        generator,
+        variants,
     };
     report.checkpoint().map(|()| document)
+}
+
+/// What channels of `animations` point to and is to be read again once it is changed.
+fn animated(root: &Map<String, Value>, animations: &[Animation]) -> BTreeMap<String, Value> {
+    let channels = animations.iter().flat_map(|animation| &animation.channels);
+    let pointers: BTreeSet<_> = channels
+        .filter_map(|channel| pointer::element(channel.target.pointer()?))
+        .map(|(section, index, _)| (section, index))
+        .collect();
+    let find = |section: &str, index: usize| {
+        let mut parts = section.split('/').skip(1);
+        let first = root.get(parts.next()?)?;
+        parts.try_fold(first, |value, part| value.get(part))?.get(index)
+    };
+    (pointers.into_iter())
+        .filter_map(|(section, index)| Some((format!("{section}/{index}"), find(section, index)?.clone())))
+        .collect()
 }
 
 fn object(text: &[u8], report: &mut Report) -> Option<Map<String, Value>> {

@@ -1,20 +1,27 @@
 //! Which extensions are read. A required one that is not is an error, an optional one a warning.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
 use super::report::{Problem, Report, quoted};
 
 /// Extensions whose content the importer understands.
-const SUPPORTED: [&str; 8] = [
+pub const SUPPORTED: [&str; 15] = [
+    "EXT_lights_image_based",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -29,8 +36,12 @@ pub fn retain_supported(extensions: &mut Map<String, Value>, met: &mut BTreeSet<
     });
 }
 
-/// Reports what the file asks for, or uses (`met`), and is not read.
-pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Report) {
+/// Reports what the file asks for, or uses (`met`), and is not read. Returns all that are used, and whether they are required.
+pub fn check(
+    root: &Map<String, Value>,
+    met: &BTreeSet<String>,
+    report: &mut Report,
+) -> BTreeMap<String, bool> {
     let required = names(root, "extensionsRequired");
     for (i, name) in required.iter().enumerate() {
         if !SUPPORTED.contains(name) {
@@ -39,10 +50,13 @@ pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Rep
                     format!("/extensionsRequired/{i}"),
                     format!("the file needs the extension {}, which is not supported", quoted(name)),
                 )
-                .help(advice(name)),
+                .help("export the asset again without this extension"),
             );
         }
     }
+    let all =
+        met.iter().map(String::as_str).chain(names(root, "extensionsUsed")).chain(required.iter().copied());
+    let all = all.map(|name| (name.to_owned(), required.contains(&name))).collect();
     let mut optional: BTreeSet<&str> = met.iter().map(String::as_str).collect();
     optional.extend(names(root, "extensionsUsed"));
     for name in optional {
@@ -51,19 +65,10 @@ pub fn check(root: &Map<String, Value>, met: &BTreeSet<String>, report: &mut Rep
             report.warn(Problem::new("/extensionsUsed", message));
         }
     }
+    all
 }
 
 fn names<'a>(root: &'a Map<String, Value>, key: &str) -> Vec<&'a str> {
     let list = root.get(key).and_then(Value::as_array);
     list.into_iter().flatten().filter_map(Value::as_str).collect()
-}
-
-fn advice(name: &str) -> &'static str {
-    match name {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export the asset again without mesh compression"
-        }
-        "KHR_texture_basisu" => "export the asset again with PNG or JPEG textures",
-        _ => "export the asset again without this extension",
-    }
 }

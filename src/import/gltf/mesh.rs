@@ -4,7 +4,7 @@
 //! one long set of attributes. What is numerically broken is set aside or mended and counted; what would read outside
 //! the data is an error.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::{self, accessor::ComponentType, mesh::Semantic, validation::Checked};
@@ -12,6 +12,7 @@ use gltf::json::{self, accessor::ComponentType, mesh::Semantic, validation::Chec
 use super::{
     accessor::{Accessor, Source},
     report::{Counted, Problem, Tally},
+    skin::{self, Joints, Skinned},
     topology::Topology,
 };
 use crate::{import::tangents, world::Mesh};
@@ -27,6 +28,7 @@ pub struct Key {
     uvs: [Option<usize>; 2],
     colors: Option<usize>,
     targets: Vec<Target>,
+    skin: Option<Skin>,
     /// UV set along which tangents are wanted, if the material has a normal map.
     tangent_set: Option<u8>,
 }
@@ -40,11 +42,19 @@ struct Target {
     tangents: Option<usize>,
 }
 
-/// The key of a primitive with default morph `weights`; `None` (with a problem) where it has no positions.
+/// A skin, and the accessors of joints and weights of each set.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Skin {
+    index: usize,
+    sets: Vec<[usize; 2]>,
+}
+
+/// The key of a primitive in a pose of morph `weights` and `skin`; a problem where it has no positions.
 pub fn key(
     primitive: &json::mesh::Primitive,
     topology: Topology,
     weights: &[f32],
+    skin: Option<usize>,
     tangent_set: Option<u8>,
     pointer: &str,
 ) -> Result<Key, Problem> {
@@ -69,6 +79,7 @@ pub fn key(
                 tangents: target.tangents.map(|a| a.value()),
             })
             .collect(),
+        skin: skin.map(|index| Skin { index, sets: skin::sets(primitive) }),
         tangent_set,
     })
 }
@@ -86,20 +97,32 @@ impl Key {
         self.topology.count(corners.and_then(|a| usize::try_from(a.count.0).ok()).unwrap_or(0))
     }
 
+    /// Whether the shape is that of a pose, which other users of the same data need not share.
+    pub fn is_posed(&self) -> bool {
+        self.skin.is_some() || !self.targets.is_empty()
+    }
+
     pub fn has_uvs(&self, set: u8) -> bool {
         self.uvs.get(usize::from(set)).is_some_and(Option::is_some)
     }
 }
 
 /// Reads the mesh of `key`. `pointer` is the primitive's.
-pub fn build(source: &Source, key: &Key, name: String, pointer: &str) -> Result<(Mesh, Tally), Problem> {
-    let mut reader = Reader { source, pointer, tally: Tally::default() };
+pub fn build(
+    source: &Source,
+    skins: &BTreeMap<usize, Joints>,
+    key: &Key,
+    name: String,
+    pointer: &str,
+) -> Result<(Mesh, Tally), Problem> {
+    let mut reader = Reader { source, skins, pointer, tally: Tally::default() };
     let mesh = reader.mesh(key, name)?;
     Ok((mesh, reader.tally))
 }
 
 struct Reader<'a> {
     source: &'a Source<'a>,
+    skins: &'a BTreeMap<usize, Joints>,
     pointer: &'a str,
     tally: Tally,
 }
@@ -126,6 +149,11 @@ impl<'a> Reader<'a> {
             let mut moved: Vec<Vec3> = tangents.iter().map(|t| t.truncate()).collect();
             self.morph(target.tangents, f32::from_bits(target.weight), &mut moved, &used, vertices)?;
             tangents.iter_mut().zip(moved).for_each(|(t, m)| *t = m.extend(t.w));
+        }
+        if let Some(skin) = &key.skin {
+            let (normals, tangents) = (&mut normals[..], &mut tangents[..]);
+            let skinned = Skinned { points: &mut points, normals, tangents, triangles: &mut triangles };
+            self.skin(skin, skinned, &used, vertices)?;
         }
         let uvs = [
             self.uvs(key.uvs[0], "TEXCOORD_0", &used, vertices)?,
@@ -230,6 +258,30 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(())
+    }
+
+    fn skin(
+        &mut self,
+        skin: &Skin,
+        mut skinned: Skinned,
+        used: &[u32],
+        vertices: usize,
+    ) -> Result<(), Problem> {
+        let Some(joints) = self.skins.get(&skin.index) else { return Ok(()) };
+        let mut sets = Vec::new();
+        for (n, &[joints, weights]) in skin.sets.iter().enumerate() {
+            let name = format!("JOINTS_{n}");
+            let joints = self.attribute(joints, &name, 4..=4, Some(vertices))?;
+            if !matches!(joints.component, ComponentType::U8 | ComponentType::U16) {
+                let message = "does not hold unsigned integers of 8 or 16 bits";
+                return Err(Problem::new(format!("{}/attributes/{name}", self.pointer), message));
+            }
+            let mut weights = self.attribute(weights, &format!("WEIGHTS_{n}"), 4..=4, Some(vertices))?;
+            // Integers of weights are always normalised.
+            weights.normalized = true;
+            sets.push([joints, weights]);
+        }
+        skin::apply(&mut skinned, &sets, joints, used, self.pointer, &mut self.tally)
     }
 
     fn uvs(

@@ -8,26 +8,38 @@
 //! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
 //! | `nodes` | the scene flattened |
 //! | `textures`, `material` | images and what uses them |
-//! | `mesh`, `topology` | primitives to triangles |
-//! | `punctual` | cameras and lights |
+//! | `meshopt`, `draco` | compressed geometry made plain |
+//! | `mesh`, `topology`, `skin` | primitives to triangles, in the pose of their joints |
+//! | `animation`, `curve`, `pointer` | the document at one time of an animation |
+//! | `instancing` | a mesh placed many times |
+//! | `punctual`, `ibl` | cameras and lights |
 //! | `report` | errors, warnings and counts |
 //!
 //! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
 //! if nothing was. A file that the specification allows is read; what cannot be shown yet is named in a warning.
 //!
-//! Not yet: skins and animations (the bind pose is shown), points and lines, compressed meshes.
+//! An animation is applied to the document before anything is made of it. Not yet: points and lines.
 
 mod accessor;
+mod animation;
 mod buffers;
 mod check;
 mod container;
+mod curve;
 mod document;
+mod draco;
 mod extensions;
+mod ibl;
+mod info;
+mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
+mod pointer;
 mod punctual;
 mod report;
+mod skin;
 #[cfg(test)]
 mod tests;
 mod textures;
@@ -38,23 +50,28 @@ use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
+    rc::Rc,
 };
 
-use glam::DAffine3;
-use gltf::json::{mesh::Mode, validation::Checked};
+use glam::{Affine3A, DAffine3};
+use gltf::json::{self, mesh::Mode, validation::Checked};
 use rayon::prelude::*;
 
 use self::{
     accessor::Source,
+    buffers::Buffers,
     document::Document,
     nodes::Placed,
-    report::{Counted, Problem, Report},
+    report::{Counted, Problem, Report, choose},
+    skin::Joints,
     textures::Textures,
     topology::Topology,
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
+    import::info::Info,
     input,
+    scene::Selection,
     world::{Instance, Material, MaterialId, MeshId, Model, Surface},
 };
 
@@ -62,18 +79,42 @@ use crate::{
 const MAX_FILE_BYTES: u64 = u32::MAX as u64;
 /// Triangles of all meshes of a file, each counted once.
 const MAX_TRIANGLES: usize = 1 << 27;
+/// Triangles of skinned and morphed meshes: each pose is a copy, so few bytes of file could ask for many.
+const MAX_POSED_TRIANGLES: usize = 1 << 25;
 /// Instances of a file: nodes times primitives of their meshes.
 const MAX_INSTANCES: usize = 1 << 22;
 /// Characters of a name; each instance has its own copy.
 const MAX_NAME: usize = 200;
 
-/// Loads the asset at `path`: a model with its warnings, or all that is wrong with it.
-pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
+/// Loads what `selection` says of the asset at `path`: a model with its warnings, or all that is wrong with it.
+pub fn load(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
+    guarded(path, |bytes| import(bytes, path, selection))
+}
+
+/// What the asset at `path` holds.
+pub fn inspect(path: &Path) -> Result<Info, Vec<Diagnostic>> {
+    guarded(path, |bytes| {
+        let (mut report, folder) = (Report::new(path), folder(path));
+        let found = prepare(bytes, folder, &mut report).and_then(|(document, buffers)| {
+            let info = info::info(&Source { document: &document, buffers: &buffers });
+            Some((info, build(document, &buffers, folder, &Selection::default(), &mut report)?))
+        });
+        let warnings = report.finish()?;
+        let (info, model) = found.unwrap_or_default();
+        Ok(info.showing(&Model { warnings, ..model }))
+    })
+}
+
+/// Reads the file at `path` for `read`, which nothing in it shall make panic.
+fn guarded<T>(
+    path: &Path,
+    read: impl FnOnce(&[u8]) -> Result<T, Vec<Diagnostic>>,
+) -> Result<T, Vec<Diagnostic>> {
     let bytes = input::read(path, MAX_FILE_BYTES).map_err(|why| {
         vec![Diagnostic::error(path, Place::File, format!("cannot read this glTF file: {why}"))]
     })?;
     // Nothing below is known to panic; a file that finds a way must not take the program with it.
-    catch_unwind(AssertUnwindSafe(|| import(&bytes, path))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| read(&bytes))).unwrap_or_else(|_| {
         let message = "the importer failed on this file";
         Err(vec![
             Diagnostic::error(path, Place::File, message).help("please report it, with the file, as a bug"),
@@ -81,27 +122,57 @@ pub fn load(path: &Path) -> Result<Model, Vec<Diagnostic>> {
     })
 }
 
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
 /// Imports `bytes` as if read from `path`, beside which its other files are.
-fn import(bytes: &[u8], path: &Path) -> Result<Model, Vec<Diagnostic>> {
+fn import(bytes: &[u8], path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
     let mut report = Report::new(path);
-    let model = build(bytes, path.parent().unwrap_or(Path::new("")), &mut report);
+    let model = prepare(bytes, folder(path), &mut report)
+        .and_then(|(document, buffers)| build(document, &buffers, folder(path), selection, &mut report));
     let warnings = report.finish()?;
     Ok(Model { warnings, ..model.unwrap_or_default() })
 }
 
-fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
+/// The document, checked and without compression, and its bytes.
+fn prepare<'a>(bytes: &'a [u8], folder: &Path, report: &mut Report) -> Option<(Document, Buffers<'a>)> {
     let container = container::split(bytes, report)?;
-    let document = document::parse(container.json, report)?;
+    let mut document = document::parse(container.json, report)?;
     check::references(&document, report);
     report.checkpoint()?;
-    let buffers = buffers::load(&document, &container, folder, report);
+    let mut buffers = buffers::load(&document, &container, folder, report);
     report.checkpoint()?;
-    let source = Source { document: &document, buffers: &buffers };
-    accessor::check(&source, report);
+    meshopt::decompress(&document, &mut buffers, report);
+    draco::decompress(&mut document, &mut buffers, report);
+    report.checkpoint()?;
+    accessor::check(&Source { document: &document, buffers: &buffers }, report);
+    report.checkpoint().map(|()| (document, buffers))
+}
+
+fn build(
+    mut document: Document,
+    buffers: &Buffers,
+    folder: &Path,
+    selection: &Selection,
+    report: &mut Report,
+) -> Option<Model> {
+    let source = Source { document: &document, buffers };
+    let changes = animation::changes(&source, selection, report);
+    animation::apply(&mut document, changes, report);
+    if let Some(name) = &selection.scene {
+        match choose(name, "scene", "/scenes", document.scenes.iter().map(|s| s.name.as_deref())) {
+            Ok(index) => document.scene = Some(index),
+            Err(problem) => report.error(problem),
+        }
+    }
     report.checkpoint()?;
 
-    let placed = nodes::flatten(&document, report);
+    let source = Source { document: &document, buffers };
+    let globals = nodes::globals(&document);
+    let placed = nodes::flatten(&document, &globals, report);
     let shapes = shapes(&source, &placed, report)?;
+    let skins = skin::joints(&source, &shapes.iter().filter_map(|s| s.skin).collect(), &globals, report);
     let (materials, ids, textures) = materials(&source, &shapes, folder, report)?;
     let mut model = Model {
         materials,
@@ -110,12 +181,10 @@ fn build(bytes: &[u8], folder: &Path, report: &mut Report) -> Option<Model> {
         sources: files(&document, folder),
         ..Model::default()
     };
-    meshes(&source, &placed, &shapes, &ids, &mut model, report)?;
+    meshes(&source, &placed, &shapes, &skins, &ids, &mut model, report)?;
     cameras_and_lights(&source, &placed, &mut model, report);
-    if document.animations > 0 {
-        report
-            .warn(Problem::new("/animations", "animations are not played; the file's resting pose is shown"));
-    }
+    let scene = nodes::shown_scene(&document);
+    model.environment = ibl::environment(&source, scene, folder, &mut model.images, report);
     report.checkpoint().map(|()| model)
 }
 
@@ -130,6 +199,9 @@ fn files(document: &Document, folder: &Path) -> Vec<PathBuf> {
 /// A primitive of triangles at a node (an index into the placed nodes).
 struct Shape {
     placed: usize,
+    /// Where it is, unless it is skinned; several places are instances.
+    places: Rc<[Affine3A]>,
+    skin: Option<usize>,
     mesh: usize,
     primitive: usize,
     topology: Topology,
@@ -140,25 +212,30 @@ struct Shape {
 fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec<Shape>> {
     let mut shapes = Vec::new();
     let mut met = BTreeSet::new();
+    let mut instances = 0usize;
+    let unmoved: Rc<[Affine3A]> = Rc::new([Affine3A::IDENTITY]);
     for (p, node) in placed.iter().enumerate().filter(|(_, node)| node.visible) {
         let Some(json) = source.document.nodes.get(node.node) else { continue };
         let Some(mesh) = json.mesh.map(|m| m.value()) else { continue };
-        let pointer = format!("/nodes/{}", node.node);
-        if to_single(&node.to_world).is_none() {
-            report.tally.add(Counted::SingularNodes, 1, &pointer);
-            continue;
-        }
-        report.tally.add(Counted::SkinnedNodes, json.skin.is_some().into(), &pointer);
+        let places = places(source, node, json, report);
         let first_time = met.insert(mesh);
         let primitives = source.document.meshes.get(mesh).map_or(&[][..], |m| &m.primitives);
         for (i, primitive) in primitives.iter().enumerate() {
             let Checked::Valid(mode) = primitive.mode else { continue };
             let material = primitive.material.map(|m| m.value());
+            let skin = json.skin.map(|s| s.value()).filter(|_| !skin::sets(primitive).is_empty());
+            let places = if skin.is_some() { unmoved.clone() } else { places.clone() };
+            if places.is_empty() {
+                continue;
+            }
             match Topology::of(mode) {
                 Some(_) if !mesh::has_data(source, primitive) => {
                     report.tally.add(Counted::NoData, 1, &format!("/meshes/{mesh}/primitives/{i}"));
                 }
-                Some(topology) => shapes.push(Shape { placed: p, mesh, primitive: i, topology, material }),
+                Some(topology) => {
+                    instances = instances.saturating_add(places.len());
+                    shapes.push(Shape { placed: p, places, skin, mesh, primitive: i, topology, material });
+                }
                 None if first_time => {
                     let what = if mode == Mode::Points { Counted::Points } else { Counted::Lines };
                     report.tally.add(what, 1, &format!("/meshes/{mesh}/primitives/{i}"));
@@ -166,12 +243,34 @@ fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec
                 None => {}
             }
         }
-        if shapes.len() > MAX_INSTANCES {
+        if instances > MAX_INSTANCES {
             report.error(Problem::new("/nodes", format!("more than {MAX_INSTANCES} instances are not read")));
             return None;
         }
     }
     Some(shapes)
+}
+
+/// Where the mesh of a node is, each place invertible; those that are not are counted.
+fn places(source: &Source, node: &Placed, json: &json::Node, report: &mut Report) -> Rc<[Affine3A]> {
+    let pointer = format!("/nodes/{}", node.node);
+    let instances = match instancing::transforms(source, json, node.node, MAX_INSTANCES) {
+        Ok(instances) => instances,
+        Err(problem) => {
+            report.error(problem);
+            None
+        }
+    };
+    let Some(instances) = instances else {
+        let place = to_single(&node.to_world);
+        // A skinned mesh does not care.
+        let lost = place.is_none() && json.skin.is_none();
+        report.tally.add(Counted::SingularNodes, lost.into(), &pointer);
+        return place.into_iter().collect();
+    };
+    let places: Vec<_> = instances.iter().filter_map(|i| to_single(&(node.to_world * *i))).collect();
+    report.tally.add(Counted::SingularInstances, instances.len() - places.len(), &pointer);
+    places.into()
 }
 
 type Materials = (Vec<Material>, BTreeMap<Option<usize>, MaterialId>, Textures);
@@ -192,13 +291,14 @@ fn meshes(
     source: &Source,
     placed: &[Placed],
     shapes: &[Shape],
+    skins: &BTreeMap<usize, Joints>,
     ids: &BTreeMap<Option<usize>, MaterialId>,
     model: &mut Model,
     report: &mut Report,
 ) -> Option<()> {
     let mut known: HashMap<mesh::Key, MeshId> = HashMap::new();
     let mut jobs = Vec::new();
-    let mut triangles = 0usize;
+    let (mut triangles, mut posed) = (0usize, 0usize);
     for shape in shapes {
         let Some(node) = placed.get(shape.placed) else { continue };
         let Some(json_node) = source.document.nodes.get(node.node) else { continue };
@@ -209,7 +309,7 @@ fn meshes(
         let weights = json_node.weights.as_ref().or(json_mesh.weights.as_ref()).map_or(&[][..], |w| w);
         let used = model.materials.get(material.index());
         let tangent_set = used.and_then(|m| m.normal).map(|n| n.texture.uv_set);
-        let key = match mesh::key(primitive, shape.topology, weights, tangent_set, &pointer) {
+        let key = match mesh::key(primitive, shape.topology, weights, shape.skin, tangent_set, &pointer) {
             Ok(key) => key,
             Err(problem) => {
                 report.error(problem);
@@ -218,6 +318,9 @@ fn meshes(
         };
         let mesh = *known.entry(key).or_insert_with_key(|key| {
             triangles = triangles.saturating_add(key.triangle_count(source));
+            if key.is_posed() {
+                posed = posed.saturating_add(key.triangle_count(source));
+            }
             let lacks = used.is_some_and(|m| uv_sets(m).any(|set| !key.has_uvs(set)));
             report.tally.add(Counted::MissingUvs, lacks.into(), &pointer);
             let name = json_mesh.name.as_deref().map_or_else(|| format!("mesh {}", shape.mesh), clipped);
@@ -226,18 +329,28 @@ fn meshes(
         });
         let name = json_node.name.as_deref().or(json_mesh.name.as_deref());
         let name = name.map_or_else(|| format!("node {}", node.node), clipped);
-        // Shapes of singular nodes have been left out before.
-        let Some(to_world) = to_single(&node.to_world) else { continue };
-        model.instances.push(Instance { name, mesh, to_world, materials: vec![material] });
+        model.instances.extend(shape.places.iter().map(|&to_world| Instance {
+            name: name.clone(),
+            mesh,
+            to_world,
+            materials: vec![material],
+        }));
     }
     if triangles > MAX_TRIANGLES {
         let message =
             format!("{triangles} triangles in one file are more than the {MAX_TRIANGLES} that are read");
         report.error(Problem::new("/meshes", message));
     }
+    if posed > MAX_POSED_TRIANGLES {
+        let message = format!(
+            "{posed} triangles of skinned and morphed meshes are more than the {MAX_POSED_TRIANGLES} that are read"
+        );
+        report.error(Problem::new("/meshes", message));
+    }
     report.checkpoint()?;
-    let built: Vec<_> =
-        jobs.into_par_iter().map(|(key, name, pointer)| mesh::build(source, &key, name, &pointer)).collect();
+    let built: Vec<_> = (jobs.into_par_iter())
+        .map(|(key, name, pointer)| mesh::build(source, skins, &key, name, &pointer))
+        .collect();
     for result in built {
         match result {
             Ok((mesh, tally)) => {
@@ -274,7 +387,8 @@ fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, rep
         {
             let name = json.name.as_deref().or(json_node.name.as_deref());
             let name = name.map_or_else(|| format!("camera {i}"), clipped);
-            match punctual::camera(json, name, &node.to_world) {
+            let holder = json_node.name.as_deref().map_or_else(String::new, clipped);
+            match punctual::camera(json, name, holder, &node.to_world) {
                 Ok(camera) => model.cameras.push(camera),
                 Err(message) => {
                     report.warn(Problem::new(format!("/cameras/{i}"), format!("{message}; it is left out")))
@@ -295,7 +409,7 @@ fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, rep
 }
 
 /// In f32, if it is invertible there.
-fn to_single(to_world: &DAffine3) -> Option<glam::Affine3A> {
+fn to_single(to_world: &DAffine3) -> Option<Affine3A> {
     let single = to_world.as_affine3a();
     (single.is_finite() && single.inverse().is_finite()).then_some(single)
 }

@@ -24,8 +24,21 @@ pub fn light_index(node: &json::Node) -> Option<usize> {
     Some(node.extensions.as_ref()?.khr_lights_punctual.as_ref()?.light.value())
 }
 
+/// The transforms of all nodes to the space of their scene, whatever scene that is.
+pub fn globals(document: &Document) -> Vec<DAffine3> {
+    let mut globals = vec![DAffine3::IDENTITY; document.nodes.len()];
+    let mut stack: Vec<(usize, DAffine3)> =
+        orphans(document).into_iter().map(|node| (node, DAffine3::IDENTITY)).collect();
+    while let Some((node, parent)) = stack.pop() {
+        let (Some(json), Some(global)) = (document.nodes.get(node), globals.get_mut(node)) else { continue };
+        *global = parent * local(json);
+        stack.extend(json.children.iter().flatten().map(|child| (child.value(), *global)));
+    }
+    globals
+}
+
 /// All nodes of the scene, parents before children, in the order of the file.
-pub fn flatten(document: &Document, report: &mut Report) -> Vec<Placed> {
+pub fn flatten(document: &Document, globals: &[DAffine3], report: &mut Report) -> Vec<Placed> {
     let mut stack: Vec<Placed> = (roots(document, report).into_iter())
         .map(|node| Placed { node, to_world: DAffine3::IDENTITY, visible: true })
         .rev()
@@ -40,7 +53,7 @@ pub fn flatten(document: &Document, report: &mut Report) -> Vec<Placed> {
             report.tally.add(Counted::RepeatedNodes, 1, &format!("/nodes/{}", next.node));
             continue;
         }
-        next.to_world *= local(json);
+        next.to_world = globals.get(next.node).copied().unwrap_or(DAffine3::NAN);
         next.visible &= is_visible(json);
         let children = json.children.iter().flatten().rev();
         stack.extend(children.map(|c| Placed {
@@ -53,13 +66,23 @@ pub fn flatten(document: &Document, report: &mut Report) -> Vec<Placed> {
     placed
 }
 
+/// The scene that is shown, if there is any.
+pub fn shown_scene(document: &Document) -> usize {
+    document.scene.unwrap_or(0)
+}
+
 fn roots(document: &Document, report: &mut Report) -> Vec<usize> {
-    if let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) {
+    if let Some(scene) = document.scenes.get(shown_scene(document)) {
         return scene.nodes.iter().map(|n| n.value()).collect();
     }
     if !document.nodes.is_empty() {
         report.warn(Problem::new("/scenes", "there is no scene; all nodes are shown"));
     }
+    orphans(document)
+}
+
+/// The nodes that are no node's child.
+fn orphans(document: &Document) -> Vec<usize> {
     let mut is_child = vec![false; document.nodes.len()];
     for child in document.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
         if let Some(child) = is_child.get_mut(child.value()) {

@@ -21,7 +21,12 @@ use crate::world::{Camera, Light, Projection};
 const SHARPEST: f32 = 0.999;
 
 /// A camera at a node; the error says why it cannot be used.
-pub fn camera(json: &json::Camera, name: String, to_world: &DAffine3) -> Result<Camera, String> {
+pub fn camera(
+    json: &json::Camera,
+    name: String,
+    node: String,
+    to_world: &DAffine3,
+) -> Result<Camera, String> {
     let positive = |value: f32, what: &str| {
         (value > 0.0 && value.is_finite())
             .then_some(value)
@@ -42,7 +47,7 @@ pub fn camera(json: &json::Camera, name: String, to_world: &DAffine3) -> Result<
         _ => return Err("the properties of its type are missing".into()),
     };
     let to_world = rigid(to_world).ok_or("its node has a singular transform")?;
-    Ok(Camera { name, to_world, projection, aperture: 0.0, focus: 1.0 })
+    Ok(Camera { name, node, to_world, projection, aperture: 0.0, focus: 1.0 })
 }
 
 /// A light at a node; the error says why it cannot be used.

@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Place, nearest};
 
 /// Errors, and warnings, that are listed one by one; the rest are only counted.
 const MAX_LISTED: usize = 100;
@@ -47,8 +47,9 @@ pub enum Counted {
     Points,
     Lines,
     SingularNodes,
+    SingularInstances,
     RepeatedNodes,
-    SkinnedNodes,
+    WeightlessVertices,
     MissingUvs,
     NoData,
 }
@@ -73,11 +74,14 @@ impl Counted {
             Self::SingularNodes => format!(
                 "{n} node(s) have a transform that is singular or not finite; what they hold is left out"
             ),
+            Self::SingularInstances => {
+                format!("{n} instance(s) have a transform that is singular or not finite and are left out")
+            }
             Self::RepeatedNodes => {
                 format!("{n} node(s) are listed more than once in the scene and are placed once")
             }
-            Self::SkinnedNodes => {
-                format!("{n} skinned mesh(es) are shown in their bind pose: skins are not applied")
+            Self::WeightlessVertices => {
+                format!("{n} skinned vertices have no weight and follow the first joint of their skin")
             }
             Self::NoData => format!(
                 "{n} primitive(s) have no data in this file (compressed, or a buffer without uri) and are left out"
@@ -196,6 +200,33 @@ fn subject(pointer: &str) -> String {
         (index, list) if index.bytes().all(|b| b.is_ascii_digit()) => format!("`{list}` {index}"),
         (key, _) => format!("`{key}`"),
     }
+}
+
+/// Which of `names` is `wanted`, by its name or its number. `what` they are, and where the list is.
+pub fn choose<'n>(
+    wanted: &str,
+    what: &str,
+    pointer: &str,
+    names: impl ExactSizeIterator<Item = Option<&'n str>> + Clone,
+) -> Result<usize, Problem> {
+    if let Some(index) = names.clone().position(|name| name == Some(wanted)) {
+        return Ok(index);
+    }
+    let count = names.len();
+    if let Some(index) = wanted.parse().ok().filter(|&index| index < count) {
+        return Ok(index);
+    }
+    let problem = Problem::new("", format!("has no {what} called {}", quoted(wanted)));
+    let help = match (nearest(wanted, names.clone().flatten()), count) {
+        (Some(near), _) => format!("did you mean `{near}`?"),
+        (None, 0) => format!("there is no {what} in it"),
+        (None, _) => {
+            let label = |(i, name): (usize, Option<&str>)| name.map_or_else(|| i.to_string(), quoted);
+            let some: Vec<_> = names.enumerate().take(20).map(label).collect();
+            format!("there are {}; they may be counted from 0, too", some.join(", "))
+        }
+    };
+    Err(Problem { pointer: if count == 0 { String::new() } else { pointer.into() }, ..problem }.help(help))
 }
 
 /// `text` in quotes, shortened: a message never repeats a megabyte of the file, nor its control characters.

@@ -40,14 +40,20 @@ const MAX_TOTAL_BYTES: u64 = 8 << 30;
 /// UV sets that a mesh of ours can have.
 const UV_SETS: u32 = 2;
 
-/// Image of a texture by EXT_texture_webp.
-pub fn webp_source(texture: &json::Texture) -> Option<usize> {
-    let source = texture.extensions.as_ref()?.others.get("EXT_texture_webp")?.get("source")?;
-    usize::try_from(source.as_u64()?).ok()
+/// Extensions by which a texture has an image of another format than PNG or JPEG.
+const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
+
+/// Images of a texture by extensions, the best first.
+pub fn extension_sources(texture: &json::Texture) -> impl Iterator<Item = (&'static str, usize)> {
+    SOURCES.into_iter().filter_map(|name| {
+        let source = texture.extensions.as_ref()?.others.get(name)?.get("source")?;
+        Some((name, usize::try_from(source.as_u64()?).ok()?))
+    })
 }
 
-fn source(texture: &json::Texture) -> Option<usize> {
-    webp_source(texture).or((texture.source.value() != NO_SOURCE).then_some(texture.source.value()))
+pub fn source(texture: &json::Texture) -> Option<usize> {
+    let own = (texture.source.value() != NO_SOURCE).then_some(texture.source.value());
+    extension_sources(texture).next().map(|(_, image)| image).or(own)
 }
 
 /// A texture as a slot of a material names it.
@@ -168,7 +174,8 @@ pub fn affine(transform: &TextureTransform) -> Affine2 {
     )
 }
 
-fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, (usize, String)> {
+/// The error has the number of the image, and what is wrong with it.
+pub fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, (usize, String)> {
     let failed = |message: String| (index, message);
     let Some(json) = source.document.images.get(index) else { return Err(failed("does not exist".into())) };
     let file = json.uri.as_deref().filter(|uri| !uri.starts_with("data:")).unwrap_or("");

@@ -24,8 +24,9 @@ fn every_key_arrives() {
         (View::Raw, Depth::High, -1.5)
     );
     assert!(scene.output.file.ends_with("scenes/cover.exr"));
-    assert!(!scene.environment.visible && scene.environment.strength == 0.5);
-    assert!(matches!(scene.environment.kind, EnvironmentSourceKind::Gradient { bottom: Vec3::ONE, .. }));
+    let environment = scene.environment.expect("is there");
+    assert!(!environment.visible && environment.strength == 0.5);
+    assert!(matches!(environment.kind, EnvironmentSourceKind::Gradient { bottom: Vec3::ONE, .. }));
 
     let surface = |name: &str| {
         let material = scene.materials.iter().find(|material| material.name == name);

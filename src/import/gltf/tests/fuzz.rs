@@ -79,11 +79,53 @@ fn rich() -> Value {
     file["textures"] = json!([{ "source": 0, "sampler": 0 }]);
     file["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } }]);
     file["nodes"] = json!([
-        { "mesh": 0, "children": [1, 2], "rotation": [0, 0, 0, 1] },
+        { "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 0 } } }, "mesh": 0, "children": [1, 2], "rotation": [0, 0, 0, 1] },
         { "mesh": 0, "camera": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] },
-        { "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+        { "extensions": {
+            "KHR_lights_punctual": { "light": 0 },
+        }, "mesh": 1, "skin": 0 },
     ]);
-    file["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": {} }] } });
+    file["extensions"] = json!({
+        "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": {} }] },
+        "EXT_lights_image_based": { "lights": [{
+            "intensity": 0.5, "specularImages": [[0, 0, 0, 0, 0, 0]], "irradianceCoefficients": [[0, 0, 0]],
+        }] },
+    });
+    file["scenes"][0]["extensions"] = json!({ "EXT_lights_image_based": { "light": 0 } });
+    // A skinned and instanced mesh of compressed views, and an animation of it.
+    let skinned = json!({ "attributes": { "POSITION": 4, "JOINTS_0": 5, "WEIGHTS_0": 6 }, "mode": 5 });
+    push(&mut file["meshes"], json!({ "primitives": [skinned] }));
+    file["skins"] = json!([{ "joints": [0, 1], "inverseBindMatrices": 7 }]);
+    for (bytes, component, shape, count) in [
+        ([0u8, 1, 0, 0].repeat(4), U8, "VEC4", 4),
+        (floats(&[0.5, 0.5, 0., 0.].repeat(4)), F32, "VEC4", 4),
+        (floats(&[1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.].repeat(2)), F32, "MAT4", 2),
+        (floats(&[0., 1.]), F32, "SCALAR", 2),
+        (floats(&[0., 0., 0., 1., 0., 1., 0., 0.]), F32, "VEC4", 2),
+    ] {
+        let (buffer, view) =
+            (file["buffers"].as_array().unwrap().len(), file["bufferViews"].as_array().unwrap().len());
+        push(&mut file["buffers"], json!({ "byteLength": bytes.len(), "uri": data_uri(&bytes) }));
+        push(&mut file["bufferViews"], json!({ "buffer": buffer, "byteLength": bytes.len() }));
+        if count == 4 && component == U8 {
+            push(
+                &mut file["accessors"],
+                json!({ "bufferView": 0, "componentType": F32, "type": "VEC3", "count": 4 }),
+            );
+        }
+        push(
+            &mut file["accessors"],
+            json!({ "bufferView": view, "componentType": component, "type": shape, "count": count }),
+        );
+    }
+    file["animations"] = json!([{
+        "channels": [
+            { "sampler": 0, "target": { "node": 0, "path": "rotation" } },
+            { "sampler": 1, "target": { "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": "/materials/0/alphaCutoff" } } } },
+        ],
+        "samplers": [{ "input": 8, "output": 9 }, { "input": 8, "output": 8, "interpolation": "STEP" }],
+    }]);
+    super::compressed::add(&mut file);
     file
 }
 
@@ -97,8 +139,16 @@ fn mutated_files_never_panic() {
     let mut seeds =
         vec![rich.to_string().into_bytes(), square().to_string().into_bytes(), glb(&packed, &bin)];
     if let Some(samples) = std::env::var_os("RAYO_SAMPLE_ASSETS") {
-        let names =
-            ["Lights.glb", "CornellBox.glb", "simple-instancing.glb", "tv.glb", "SimpleSkin/SimpleSkin.gltf"];
+        let names = [
+            "Lights.glb",
+            "CornellBox.glb",
+            "simple-instancing.glb",
+            "tv.glb",
+            "SimpleSkin/SimpleSkin.gltf",
+            "encodings/BoxMeshopt.glb",
+            "SimpleMorph/glTF/SimpleMorph.gltf",
+            "heart_draco.glb",
+        ];
         seeds.extend(
             names.iter().filter_map(|name| std::fs::read(Path::new(&samples).join("gltf").join(name)).ok()),
         );
@@ -107,7 +157,9 @@ fn mutated_files_never_panic() {
     let (mut loaded, mut refused) = (0, 0);
     for i in 0..MUTATIONS {
         let bytes = mutate(&seeds[i % seeds.len()], &mut random);
-        match crate::import::gltf::import(&bytes, Path::new("mutated.gltf")) {
+        let at = (i / seeds.len() % 2 == 1).then_some(0.5);
+        let selection = Selection { at, ..Selection::default() };
+        match crate::import::gltf::import(&bytes, Path::new("mutated.gltf"), &selection) {
             Ok(model) => {
                 loaded += 1;
                 for mesh in &model.meshes {

@@ -1,11 +1,15 @@
 //! Small assets made in memory, through the importer without its last guard: a panic fails the test.
 
+mod compressed;
 mod containers;
 mod data;
 mod fuzz;
 mod geometry;
+mod moving;
+mod posed;
 mod scene;
 mod surfaces;
+mod table;
 
 use std::path::Path;
 
@@ -14,6 +18,7 @@ use serde_json::{Value, json};
 
 use crate::{
     diagnostic::{Diagnostic, Place, Severity},
+    scene::Selection,
     world::{Mesh, Model},
 };
 
@@ -21,7 +26,12 @@ type Outcome = Result<Model, Vec<Diagnostic>>;
 
 /// Imports text as if it were `asset.gltf` in the current folder.
 fn import_text(text: &str) -> Outcome {
-    super::import(text.as_bytes(), Path::new("asset.gltf"))
+    super::import(text.as_bytes(), Path::new("asset.gltf"), &Selection::default())
+}
+
+/// Imports what `selection` says of it.
+fn import_selected(asset: &Value, selection: &Selection) -> Outcome {
+    super::import(asset.to_string().as_bytes(), Path::new("asset.gltf"), selection)
 }
 
 fn import(asset: &Value) -> Outcome {
