@@ -4,6 +4,7 @@ mod containers;
 mod data;
 mod fuzz;
 mod geometry;
+mod layers;
 mod scene;
 mod surfaces;
 
