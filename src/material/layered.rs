@@ -206,3 +206,98 @@ fn along(point: &SurfacePoint, frame: Frame, matte: Vec3, direction: Vec2) -> (F
     let matte = if matte == Vec3::Z { matte } else { turned.to_local(frame.to_world(matte)) };
     (turned, matte)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec4;
+
+    use super::*;
+    use crate::world::{Anisotropy, Clearcoat, Layered as Layers, Volume};
+
+    fn plain() -> Layers {
+        Layers::new(world::Pbr {
+            base_color: ColorInput::constant(Vec3::new(0.8, 0.5, 0.2)),
+            metallic: ScalarInput::constant(0.3),
+            roughness: ScalarInput::constant(0.4),
+            ior: 1.5,
+            multiscatter: true,
+        })
+    }
+
+    fn at(material: &Layers, wo: Vec3, wavelength: Option<f32>) -> (Bsdf, Frame) {
+        let textures = Textures::new(Vec::new(), Vec::new());
+        let point = SurfacePoint {
+            position: Vec3::ZERO,
+            error: Vec3::ZERO,
+            ng: Vec3::Z,
+            ns: Vec3::Z,
+            tangent: Vec4::new(0.0, 1.0, 0.0, 1.0),
+            uvs: [Vec2::ZERO; 2],
+            color: Vec4::ONE,
+        };
+        let place = Place { textures: &textures, point: &point, tint: Vec3::ONE, wo, wavelength };
+        scattering(material, None, &place)
+    }
+
+    /// Layers whose factor comes to zero here leave the plain material, to the bit.
+    #[test]
+    fn layers_of_no_weight_are_not_there() {
+        let zero = ScalarInput::constant(0.0);
+        let coat = Clearcoat { factor: zero, roughness: ScalarInput::constant(0.5), normal: None };
+        let sheen = world::Sheen { color: ColorInput::constant(Vec3::ZERO), roughness: zero };
+        let with = Layers { clearcoat: Some(coat), sheen: Some(sheen), transmission: Some(zero), ..plain() };
+        let wo = Vec3::new(0.6, 0.0, 0.8);
+        let ((with, _), (without, frame)) = (at(&with, wo, None), at(&plain(), wo, None));
+        assert!(matches!(with, Bsdf::Pbr(_)));
+        let wi = Vec3::new(-0.3, 0.4, 0.75).normalize();
+        let (a, b) = (frame.to_local(wo), frame.to_local(wi));
+        assert_eq!(with.eval_pdf(a, b), without.eval_pdf(a, b));
+    }
+
+    /// The highlight spreads along the tangent, turned counter-clockwise by the rotation.
+    #[test]
+    fn facets_lean_along_the_turned_tangent() {
+        let quarter = std::f32::consts::FRAC_PI_2;
+        for (rotation, along) in [(0.0, Vec3::Y), (quarter, Vec3::NEG_X)] {
+            let anisotropy = Some(Anisotropy { strength: 0.5, rotation, texture: None });
+            let (bsdf, frame) = at(&Layers { anisotropy, ..plain() }, Vec3::Z, None);
+            let Bsdf::Layered(layered) = bsdf else { panic!("layers") };
+            assert!(frame.x.abs_diff_eq(along, 1e-6), "{}", frame.x);
+            let alpha = layered.base.facets.ggx.alpha;
+            assert!((alpha.x - (0.16 + 0.84 * 0.25)).abs() < 1e-6 && alpha.y == 0.16, "{alpha}");
+        }
+    }
+
+    /// The index at the lines C, d and F of Fraunhofer, of which the Abbe number is made.
+    #[test]
+    fn dispersion_has_its_abbe_number() {
+        let glass = Layers {
+            dispersion: 20.0 / 30.0,
+            volume: Some(Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY }),
+            transmission: Some(ScalarInput::constant(1.0)),
+            ..plain()
+        };
+        let n = |nm: f32| index_at(&glass, Some(nm));
+        assert!((n(587.6) - 1.5).abs() < 1e-4);
+        let abbe = (n(587.6) - 1.0) / (n(486.1) - n(656.3));
+        assert!((abbe - 30.0).abs() < 0.05, "{abbe}");
+        assert_eq!(index_at(&glass, None), 1.5);
+    }
+
+    /// From inside a medium the boundary turns over: the index is inverted, and the coat is not met.
+    #[test]
+    fn boundaries_are_turned_over_inside() {
+        let one = ScalarInput::constant(1.0);
+        let glass = Layers {
+            clearcoat: Some(Clearcoat { factor: one, roughness: one, normal: None }),
+            volume: Some(Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY }),
+            transmission: Some(one),
+            ..plain()
+        };
+        for (wo, coated) in [(Vec3::Z, true), (Vec3::NEG_Z, false)] {
+            let (bsdf, frame) = at(&glass, wo, None);
+            let Bsdf::Layered(layered) = bsdf else { panic!("layers") };
+            assert_eq!((layered.coat.is_some(), frame.z), (coated, wo));
+        }
+    }
+}
