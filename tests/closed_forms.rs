@@ -416,7 +416,7 @@ fn a_medium_absorbs_by_beer() {
 fn a_medium_inside_another_displaces_it() {
     // 1 m of fog, 2 m of a thinner one, 1 m of fog: half, half, half
     let stage = Stage::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO).sky(8.0);
-    stage.sphere(Vec3::ZERO, 2.0, fog(1.0)).sphere(Vec3::ZERO, 1.0, fog(2.0)).expect(64, 1.0);
+    stage.sphere(Vec3::ZERO, 2.0, fog(1.0)).sphere(Vec3::ZERO, 1.0, fog(2.0)).expect(1 << 14, 1.0);
 }
 
 #[test]

@@ -264,7 +264,7 @@ mod tests {
             let Bsdf::Layered(layered) = bsdf else { panic!("layers") };
             assert!(frame.x.abs_diff_eq(along, 1e-6), "{}", frame.x);
             let alpha = layered.base.facets.ggx.alpha;
-            assert!((alpha.x - (0.16 + 0.84 * 0.25)).abs() < 1e-6 && alpha.y == 0.16, "{alpha}");
+            assert!(alpha.abs_diff_eq(Vec2::new(0.16 + 0.84 * 0.25, 0.16), 1e-6), "{alpha}");
         }
     }
 

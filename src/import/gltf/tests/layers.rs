@@ -61,7 +61,7 @@ fn textures_keep_transform_channel_and_colour_space() {
         assert!(moved(texture));
         count += 1;
     });
-    assert_eq!(count, 14); // all but the thickness, which is that of the mesh
+    assert_eq!(count, 13); // all but the thickness, which is that of the mesh
     let Surface::Layered(l) = model.materials.remove(0).surface else { panic!("layers") };
     let coat = l.clearcoat.unwrap();
     let (film, sheen) = (l.iridescence.unwrap(), l.sheen.unwrap());
