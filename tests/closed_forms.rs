@@ -414,9 +414,10 @@ fn a_medium_absorbs_by_beer() {
 
 #[test]
 fn a_medium_inside_another_displaces_it() {
-    // 1 m of fog, 2 m of a thinner one, 1 m of fog: half, half, half
-    let stage = Stage::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO).sky(8.0);
-    stage.sphere(Vec3::ZERO, 2.0, fog(1.0)).sphere(Vec3::ZERO, 1.0, fog(2.0)).expect(1 << 14, 1.0);
+    // halved every 10 m outside and every 5 m inside, over 1 m, 2 m and 1 m: 2^(−0.1 − 0.4 − 0.1)
+    let stage = Stage::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO).sky(1.0);
+    let stage = stage.sphere(Vec3::ZERO, 2.0, fog(10.0)).sphere(Vec3::ZERO, 1.0, fog(5.0));
+    stage.expect(1 << 14, 0.659_754);
 }
 
 #[test]
