@@ -155,9 +155,12 @@ const VIEWS: [f32; 4] = [1.0, 0.6, 0.2, 0.05];
 fn samples_follow_their_density() {
     for (name, recipe) in recipes() {
         let lobe = recipe.bsdf();
-        // albedos by quadrature are slow at this number of points
+        // albedos by quadrature are slow at this number of points, and a film moves the shares of lobes only
+        if recipe.film.0 > 0.0 && recipe.anisotropy == 0.0 {
+            continue;
+        }
         let views = [towards(0.5, 0.3), towards(0.9, 4.0)];
-        let slow = recipe.anisotropy > 0.0 || recipe.film.0 > 0.0;
+        let slow = recipe.anisotropy > 0.0;
         let views = if slow { &views[..1] } else { &views };
         for &wo in views {
             chi2_test(
