@@ -223,6 +223,8 @@ fn brighter_albedo(world: &mut World, _: &mut Settings) {
         match &mut material.surface {
             Surface::Diffuse { color } | Surface::Metal { color, .. } => color.factor *= 1.05,
             Surface::Pbr(pbr) => pbr.base_color.factor *= 1.05,
+            Surface::Layered(layered) => layered.pbr.base_color.factor *= 1.05,
+            Surface::SpecularGlossiness(surface) => surface.diffuse.factor *= 1.05,
             Surface::Dielectric { .. } | Surface::Unlit { .. } | Surface::Black => {}
         }
     }

@@ -392,3 +392,91 @@ fn a_texture_reads_the_right_way_round_on_a_sphere() {
         stage.sphere(Vec3::ZERO, 1.0, material).expect(16, expected);
     }
 }
+
+/// White dielectric of this index that lets all pass that it does not reflect.
+fn clear(ior: f32) -> Layered {
+    let pbr = Pbr {
+        base_color: ColorInput::constant(Vec3::ONE),
+        metallic: ScalarInput::constant(0.0),
+        roughness: ScalarInput::constant(0.0),
+        ior,
+        multiscatter: true,
+    };
+    Layered { transmission: Some(ScalarInput::constant(1.0)), ..Layered::new(pbr) }
+}
+
+/// A medium that leaves half of the light after `distance`, in a boundary that does nothing else.
+fn fog(distance: f32) -> Material {
+    let volume = Volume { attenuation_color: Vec3::splat(0.5), attenuation_distance: distance };
+    layers(Layered { volume: Some(volume), ..clear(1.0) })
+}
+
+fn layers(layered: Layered) -> Material {
+    Material::new("layers", Surface::Layered(Box::new(layered)))
+}
+
+#[test]
+fn a_medium_absorbs_by_beer() {
+    // straight through the middle of a sphere: half per metre, over three metres
+    Stage::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO)
+        .sky(8.0)
+        .sphere(Vec3::ZERO, 1.5, fog(1.0))
+        .expect(64, 1.0);
+    // with a camera inside, two metres from the far side
+    Stage::new(Vec3::Z, Vec3::ZERO).sky(4.0).sphere(Vec3::ZERO, 1.0, fog(1.0)).expect(64, 1.0);
+}
+
+#[test]
+fn a_medium_inside_another_displaces_it() {
+    // halved every 10 m outside and every 5 m inside, over 1 m, 2 m and 1 m: 2^(−0.1 − 0.4 − 0.1)
+    let stage = Stage::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO).sky(1.0);
+    let stage = stage.sphere(Vec3::ZERO, 2.0, fog(10.0)).sphere(Vec3::ZERO, 1.0, fog(5.0));
+    stage.expect(1 << 14, 0.659_754);
+}
+
+#[test]
+fn light_fades_between_things_inside_a_medium() {
+    // A lamp of 1 W/sr, 1 m above a white plane, seen through 3 m of the fog: 1/π × ½ × ⅛
+    let lamp = Light::Point { position: Vec3::Y, intensity: Vec3::ONE };
+    let white = Surface::Diffuse { color: ColorInput::constant(Vec3::ONE) };
+    Stage::from_above(10.0)
+        .bounces(1)
+        .light(lamp)
+        .square(Vec3::ZERO, Vec3::Y, 0.1, Material::new("white", white))
+        .sphere(Vec3::ZERO, 3.0, fog(1.0))
+        .expect(64, 1.0 / PI / 16.0);
+}
+
+#[test]
+fn a_thin_wall_reflects_and_passes_straight() {
+    // head-on at 1.5: 0.04 of the sky in front, the rest tinted by 0.5 from behind
+    let mut wall = clear(1.5);
+    wall.pbr.base_color = ColorInput::constant(Vec3::splat(0.5));
+    let expected = 0.04 + 0.96 * 0.5;
+    let (mean, error) =
+        Stage::from_above(3.0).sky(1.0).square(Vec3::ZERO, Vec3::Y, 1.0, layers(wall)).radiance(4096);
+    assert!((mean - expected).abs() < 4.0 * error + 2e-3, "{mean} ± {error}");
+}
+
+#[test]
+fn glass_that_disperses_is_white_in_a_white_sky() {
+    let volume = Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY };
+    let glass = Layered { volume: Some(volume), dispersion: 2.0, ..clear(1.6) };
+    let stage = Stage::new(Vec3::new(0.7, 0.0, 9.0), Vec3::new(0.7, 0.0, 0.0)).sky(1.0);
+    let (mean, error) = stage.sphere(Vec3::ZERO, 1.0, layers(glass)).radiance(1 << 15);
+    assert!((mean - 1.0).abs() < 4.0 * error, "{mean} ± {error}");
+}
+
+#[test]
+fn a_coat_dims_the_emission_below_it() {
+    let color = ColorInput::constant(Vec3::ONE);
+    let one = ScalarInput::constant(1.0);
+    let mut coated = clear(1.5);
+    coated.transmission = None;
+    coated.pbr.base_color = ColorInput::constant(Vec3::ZERO);
+    coated.clearcoat = Some(Clearcoat { factor: one, roughness: ScalarInput::constant(0.0), normal: None });
+    let emission = Some(Emission { color, strength: 10.0, two_sided: false });
+    let panel = Material { emission, ..layers(coated) };
+    let (mean, _) = Stage::from_above(3.0).square(Vec3::ZERO, Vec3::Y, 1.0, panel).radiance(16);
+    assert!((mean - 9.6).abs() < 0.02, "{mean}");
+}

@@ -7,32 +7,47 @@
 //! Light is transported as radiance along camera paths: refraction carries the factor (ηᵢ/ηₜ)² of basic radiance.
 
 mod albedo;
+mod anisotropic;
+mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod facets;
 pub mod fresnel;
 mod fuzzy_mirror;
 mod ggx;
+mod glass;
 mod glass_albedo;
 mod layer_albedo;
+mod layered;
 mod mirror;
 mod pbr;
 mod rough_dielectric;
+mod sheen;
 mod specular;
 mod table;
+mod thin_film;
 
+#[cfg(test)]
+mod layered_tests;
 #[cfg(test)]
 mod tests;
 
 use glam::{Vec2, Vec3};
 
+pub use coat::Coat;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use facets::{Facets, Reflectance};
 pub use fuzzy_mirror::FuzzyMirror;
+pub use glass::Glass;
+pub use layered::{Base, Layered, Passage};
 pub use mirror::Mirror;
 pub use pbr::Pbr;
 pub use rough_dielectric::RoughDielectric;
+pub use sheen::Sheen;
+pub use thin_film::ThinFilm;
 
 /// What kind of scattering a sample is: bounce limits count by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +75,7 @@ pub struct BsdfSample {
 }
 
 /// All that a surface can be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Bsdf {
     /// Absorbs all.
     Black,
@@ -71,6 +86,8 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     RoughDielectric(RoughDielectric),
     Pbr(Pbr),
+    /// On the heap: few surfaces have layers, and the others need not carry their size.
+    Layered(Box<Layered>),
 }
 
 impl Bsdf {
@@ -84,6 +101,7 @@ impl Bsdf {
             Self::Conductor(lobe) => lobe.eval_pdf(wo, wi),
             Self::RoughDielectric(lobe) => lobe.eval_pdf(wo, wi),
             Self::Pbr(lobe) => lobe.eval_pdf(wo, wi),
+            Self::Layered(lobe) => lobe.eval_pdf(wo, wi),
         }
     }
 
@@ -98,6 +116,7 @@ impl Bsdf {
             Self::Dielectric(lobe) => lobe.sample(wo, u_lobe),
             Self::RoughDielectric(lobe) => lobe.sample(wo, u, u_lobe),
             Self::Pbr(lobe) => lobe.sample(wo, u, u_lobe),
+            Self::Layered(lobe) => lobe.sample(wo, u, u_lobe),
         }
     }
 

@@ -14,7 +14,7 @@ use crate::{
     material::{self, SurfacePoint},
     render::Bounces,
     texture::Textures,
-    world::{Material, Mesh, Surface},
+    world::{Material, MaterialId, Mesh, Surface},
 };
 
 /// Counts, sizes and times of what was built.
@@ -80,6 +80,10 @@ pub struct Scene {
 
 impl Scene {
     pub fn material(&self, hit: &Hit) -> &Material {
+        &self.materials[self.material_id(hit).index()]
+    }
+
+    pub fn material_id(&self, hit: &Hit) -> MaterialId {
         let object = &self.objects[hit.object as usize];
         let slot = match &object.kind {
             ObjectKind::Instance { mesh, .. } => {
@@ -88,8 +92,7 @@ impl Scene {
             }
             _ => 0,
         };
-        let id = object.materials.get(slot).unwrap_or(&object.materials[0]);
-        &self.materials[id.index()]
+        *object.materials.get(slot).unwrap_or(&object.materials[0])
     }
 
     /// The light that a hit primitive is, if it is one.
@@ -116,10 +119,15 @@ impl Scene {
         material::coverage(material, &self.textures, &uvs, color)
     }
 
-    /// Radiance that an emitting surface sends from a point with these coordinates, on its front or back.
-    pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], front: bool) -> Vec3 {
-        match &self.material(hit).emission {
-            Some(emission) => material::emission(emission, &self.textures, uvs, front),
+    /// Radiance that an emitting surface sends from a point with these coordinates, in a direction of this cosine with
+    /// its outward normal.
+    pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], cos: f32) -> Vec3 {
+        let material = self.material(hit);
+        match &material.emission {
+            Some(emission) => {
+                material::emission_passed(material, &self.textures, uvs, cos)
+                    * material::emission(emission, &self.textures, uvs, cos > 0.0)
+            }
             None => Vec3::ZERO,
         }
     }
@@ -127,10 +135,10 @@ impl Scene {
     /// As [`emission`](Self::emission) of a point on a light that was chosen, not hit, times the share of the surface that is
     /// there: rays that meet it by chance pass the rest. `hit.u` and `hit.v` are as a hit has them, but on a sphere,
     /// where the normal says where the point is.
-    pub fn emission_of_light(&self, hit: &Hit, normal: Vec3, front: bool) -> Vec3 {
+    pub fn emission_of_light(&self, hit: &Hit, normal: Vec3, cos: f32) -> Vec3 {
         let (uvs, color) = self.uvs_and_color_at(hit, normal);
         let coverage = material::coverage(self.material(hit), &self.textures, &uvs, color);
-        coverage * self.emission(hit, &uvs, front)
+        coverage * self.emission(hit, &uvs, cos)
     }
 
     /// `normal` is of use on spheres alone.

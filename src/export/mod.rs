@@ -15,6 +15,7 @@ mod bitmap;
 mod blender;
 mod folder;
 mod fuzz;
+mod layers;
 mod mitsuba;
 mod names;
 mod note;
@@ -83,6 +84,7 @@ pub fn export(
 ) -> Result<Export, Error> {
     let mut out = Folder::stage(folder)?;
     let mut notes = Notes::default();
+    let world = &*layers::removed(world, &mut notes);
     let command = match target {
         Target::Blender => blender::write(world, settings, options, &mut out, &mut notes),
         Target::Povray => povray::write(world, settings, &mut out, &mut notes),
@@ -124,9 +126,12 @@ impl Target {
 
 /// The materials of all that is placed, each once.
 fn used_materials(world: &World) -> Vec<&Material> {
+    used(world).into_iter().filter_map(|id| world.model.materials.get(id.index())).collect()
+}
+
+fn used(world: &World) -> BTreeSet<MaterialId> {
     let spheres = world.spheres.iter().map(|sphere| sphere.material);
     let quads = world.quads.iter().map(|quad| quad.material);
     let instances = world.model.instances.iter().flat_map(|instance| instance.materials.iter().copied());
-    let ids: BTreeSet<MaterialId> = spheres.chain(quads).chain(instances).collect();
-    ids.into_iter().filter_map(|id| world.model.materials.get(id.index())).collect()
+    spheres.chain(quads).chain(instances).collect()
 }

@@ -3,8 +3,7 @@
 use glam::{Affine3A, Mat3A};
 
 use crate::world::{
-    Camera, ColorInput, Environment, EnvironmentKind, Light, Material, MaterialId, MeshId, Model,
-    ScalarInput, Surface, TextureId, TextureRef,
+    Camera, Environment, EnvironmentKind, Light, Material, MaterialId, MeshId, Model, TextureId,
 };
 
 /// Where the parts of a model begin in the model it was appended to.
@@ -50,36 +49,7 @@ pub(super) fn append(whole: &mut Model, part: &mut Model) -> Offsets {
 
 /// Adds `by` to every texture that `material` looks up.
 fn shift_textures(material: &mut Material, by: u32) {
-    let shift = |reference: &mut TextureRef| reference.texture = TextureId(reference.texture.0 + by);
-    let color = |input: &mut ColorInput| input.texture.iter_mut().for_each(shift);
-    let scalar =
-        |input: &mut ScalarInput| input.texture.iter_mut().for_each(|(reference, _)| shift(reference));
-    match &mut material.surface {
-        Surface::Diffuse { color: input } | Surface::Unlit { color: input } => color(input),
-        Surface::Metal { color: input, finish } => {
-            color(input);
-            if let crate::world::MetalFinish::Roughness { roughness, .. } = finish {
-                scalar(roughness);
-            }
-        }
-        Surface::Dielectric { roughness, tint, .. } => {
-            scalar(roughness);
-            color(tint);
-        }
-        Surface::Pbr(pbr) => {
-            color(&mut pbr.base_color);
-            scalar(&mut pbr.metallic);
-            scalar(&mut pbr.roughness);
-        }
-        Surface::Black => {}
-    }
-    if let Some(emission) = &mut material.emission {
-        color(&mut emission.color);
-    }
-    scalar(&mut material.coverage);
-    if let Some(normal) = &mut material.normal {
-        shift(&mut normal.texture);
-    }
+    material.for_each_texture(&mut |reference| reference.texture = TextureId(reference.texture.0 + by));
 }
 
 /// `light` of a model that is placed by `to_world`. Its strength is not scaled: it is in W/sr or W/m².

@@ -8,9 +8,16 @@
 //! with the power heuristic for w. Vertices whose BSDF is a delta cannot choose a light, and what they meet weighs 1.
 //! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
 //! roulette on the throughput, which leaves the mean alone.
+//!
+//! Inside a medium ([`media`]) light fades by Beer's law. Boundaries of media and transmissive walls cast shadows: what
+//! shines through them is found by the paths that pass them.
+
+mod media;
+mod wavelength;
 
 use glam::{Vec2, Vec3};
 
+use self::media::{Media, beer};
 use crate::{
     accel::Hit,
     bsdf::{Bsdf, BsdfSample, Kind},
@@ -33,6 +40,8 @@ pub struct RayCounts {
 const SHADOW_EPSILON: f32 = 1e-4;
 /// Paths play Russian roulette from this vertex on.
 const ROULETTE_FROM: u32 = 3;
+/// Of the number that a path's wavelength is drawn with.
+const DISPERSION_SALT: u64 = 0x6469_7370_6572_7365;
 /// Culled or transparent surfaces a camera ray may pass before it gives up.
 const MAX_PASSES: u32 = 256;
 
@@ -60,14 +69,23 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
     let mut eta_scale = 1.0;
     let mut arrival = Arrival { from: ray.origin, pdf: None };
     let mut bounces = BounceCounts::default();
-    for vertex in 0.. {
-        let Some(hit) = meet(scene, &mut ray, sampler, vertex) else {
-            radiance += throughput * escaped(scene, &ray, &arrival, vertex == 0);
+    let mut media = Media::default();
+    let mut wavelength = None;
+    for index in 0.. {
+        let Some(hit) = meet(scene, &mut ray, sampler, index) else {
+            radiance += throughput * escaped(scene, &ray, &arrival, index == 0);
             break;
         };
-        let material = scene.material(&hit);
+        let id = scene.material_id(&hit);
+        let material = &scene.materials[id.index()];
         let point = scene.surface_point(&ray, &hit);
         let wo = -ray.direction;
+        let boundary = material::medium(material).map(|absorption| (id.0, absorption));
+        match boundary {
+            Some(medium) if wo.dot(point.ng) < 0.0 => throughput *= beer(media.behind(medium), hit.t),
+            _ if media.is_empty() => {}
+            _ => throughput *= beer(media.absorption(), hit.t),
+        }
         if let Some(color) = material::unlit(material, &scene.textures, &point) {
             radiance += throughput * color;
             break;
@@ -76,13 +94,19 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
         if bounces.exhausted(scene) {
             break;
         }
-        let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo);
+        if wavelength.is_none() && material::disperses(material) {
+            let (nm, weight) = wavelength::draw(sampler.hashed(DISPERSION_SALT));
+            wavelength = Some(nm);
+            throughput *= weight;
+        }
+        let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo, wavelength);
         let local_wo = frame.to_local(wo);
         if !bsdf.is_delta() {
-            radiance +=
-                throughput * direct_light(scene, &point, &bsdf, &frame, local_wo, sampler, vertex, counts);
+            let vertex =
+                Vertex { point: &point, bsdf: &bsdf, frame: &frame, local_wo, media: &media, boundary };
+            radiance += throughput * direct_light(scene, &vertex, sampler.draw4(2 + 2 * index), counts);
         }
-        let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * vertex);
+        let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * index);
         let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { break };
         let wi = frame.to_world(sample.wi);
         if !same_side(&point, wo, wi, local_wo, &sample) {
@@ -90,7 +114,7 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
         }
         throughput *= sample.weight;
         eta_scale *= sample.eta * sample.eta;
-        if vertex >= ROULETTE_FROM {
+        if index >= ROULETTE_FROM {
             let survival = (throughput * eta_scale).max_element().clamp(0.05, 1.0);
             if u_roulette >= survival {
                 break;
@@ -101,6 +125,9 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
             break;
         }
         bounces.count(sample.kind);
+        if let (Some((id, absorption)), Kind::Transmission) = (boundary, sample.kind) {
+            media.cross(id, absorption, wi.dot(point.ng) < 0.0);
+        }
         arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
         ray = Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi);
         counts.bounce += 1;
@@ -147,7 +174,7 @@ fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Ve
 
 /// What the surface a ray met sends back along it.
 fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &Arrival) -> Vec3 {
-    let radiance = scene.emission(hit, &point.uvs, wo.dot(point.ng) > 0.0);
+    let radiance = scene.emission(hit, &point.uvs, wo.dot(point.ng));
     if radiance == Vec3::ZERO {
         return Vec3::ZERO;
     }
@@ -160,26 +187,33 @@ fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &A
     }
 }
 
-/// Light from one light chosen on purpose, scattered towards `local_wo`.
-#[allow(clippy::too_many_arguments)]
+/// A point of the path where light is scattered.
+struct Vertex<'a> {
+    point: &'a SurfacePoint,
+    bsdf: &'a Bsdf,
+    frame: &'a Frame,
+    local_wo: Vec3,
+    /// Those that the path is in, on the side of `wo`.
+    media: &'a Media,
+    /// The medium that the surface bounds, and its material.
+    boundary: Option<(u32, Vec3)>,
+}
+
+/// Light from one light chosen on purpose, scattered towards `wo`.
 fn direct_light(
     scene: &Scene,
-    point: &SurfacePoint,
-    bsdf: &Bsdf,
-    frame: &Frame,
-    local_wo: Vec3,
-    sampler: &PixelSampler,
-    vertex: u32,
+    vertex: &Vertex,
+    [u_select, u, v, _]: [f32; 4],
     counts: &mut RayCounts,
 ) -> Vec3 {
-    let [u_select, u, v, _] = sampler.draw4(2 + 2 * vertex);
+    let Vertex { point, local_wo, .. } = *vertex;
     let Some(light) = scene.lights.sample(point.position, u_select, Vec2::new(u, v)) else {
         return Vec3::ZERO;
     };
-    let local_wi = frame.to_local(light.wi);
-    let (f, bsdf_pdf) = bsdf.eval_pdf(local_wo, local_wi);
+    let local_wi = vertex.frame.to_local(light.wi);
+    let (f, bsdf_pdf) = vertex.bsdf.eval_pdf(local_wo, local_wi);
     let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
-    let wo_outside = frame.to_world(local_wo).dot(point.ng) > 0.0;
+    let wo_outside = vertex.frame.to_world(local_wo).dot(point.ng) > 0.0;
     if f == Vec3::ZERO || reflects != (wo_outside == (light.wi.dot(point.ng) > 0.0)) {
         return Vec3::ZERO;
     }
@@ -190,7 +224,23 @@ fn direct_light(
     counts.shadow += 1;
     let visible = transmittance(scene, &shadow_ray(point, &light));
     let weight = if light.delta { 1.0 } else { power_heuristic(light.pdf, bsdf_pdf) };
-    f * radiance * (visible * weight / light.pdf)
+    let direct = f * radiance * (visible * weight / light.pdf);
+    if vertex.media.is_empty() && vertex.boundary.is_none() {
+        return direct;
+    }
+    direct * vertex.faded(&light, reflects)
+}
+
+impl Vertex<'_> {
+    /// The share that media leave of what comes from a light. Light from infinitely far away enters no medium but by its
+    /// boundary, which casts a shadow: it is met where a mesh is not closed, and does not fade.
+    fn faded(&self, light: &LightSample, reflects: bool) -> Vec3 {
+        let mut media = *self.media;
+        if let (Some((id, absorption)), false) = (self.boundary, reflects) {
+            media.cross(id, absorption, light.wi.dot(self.point.ng) < 0.0);
+        }
+        if light.distance.is_finite() { beer(media.absorption(), light.distance) } else { Vec3::ONE }
+    }
 }
 
 fn light_radiance(scene: &Scene, light: &LightSample) -> Vec3 {
@@ -198,7 +248,7 @@ fn light_radiance(scene: &Scene, light: &LightSample) -> Vec3 {
         Source::Radiance(radiance) => *radiance,
         Source::Surface { object, primitive, normal, uv, .. } => {
             let hit = Hit { t: light.distance, u: uv.x, v: uv.y, object: *object, primitive: *primitive };
-            scene.emission_of_light(&hit, *normal, light.wi.dot(*normal) < 0.0)
+            scene.emission_of_light(&hit, *normal, -light.wi.dot(*normal))
         }
     }
 }

@@ -2,6 +2,7 @@
 //! normal map; out come a BSDF in that frame, emission and coverage.
 
 mod frame;
+mod layered;
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -14,7 +15,9 @@ use crate::{
     },
     geometry::Frame,
     texture::Textures,
-    world::{Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, ScalarInput, Surface},
+    world::{
+        Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, NormalMap, ScalarInput, Surface, Volume,
+    },
 };
 
 /// What a material needs to know of the point it is looked up at.
@@ -65,13 +68,34 @@ pub fn coverage(material: &Material, textures: &Textures, uvs: &[Vec2; 2], color
     }
 }
 
-/// Radiance that leaves the front or, where the emission is two-sided, either side.
+/// Radiance that leaves the front or, where the emission is two-sided, either side; before any layers above.
 pub fn emission(emission: &Emission, textures: &Textures, uvs: &[Vec2; 2], front: bool) -> Vec3 {
     if front || emission.two_sided {
         emission.strength * emission.color.at(textures, uvs)
     } else {
         Vec3::ZERO
     }
+}
+
+/// The share of its own emission that a surface lets out in a direction of this cosine: sheen and clearcoat lie above it.
+pub fn emission_passed(material: &Material, textures: &Textures, uvs: &[Vec2; 2], cos: f32) -> f32 {
+    match &material.surface {
+        Surface::Layered(layered) => layered::emission_passed(layered, textures, uvs, cos),
+        _ => 1.0,
+    }
+}
+
+/// The medium that lies behind a surface, on the side that its front does not face: absorption per metre.
+pub fn medium(material: &Material) -> Option<Vec3> {
+    match &material.surface {
+        Surface::Layered(layered) => layered.medium().map(Volume::absorption),
+        _ => None,
+    }
+}
+
+/// Whether what the surface does depends on the wavelength, not on the three channels alone.
+pub fn disperses(material: &Material) -> bool {
+    matches!(&material.surface, Surface::Layered(l) if l.dispersion > 0.0 && l.volume.is_some() && l.transmission.is_some())
 }
 
 /// The radiance an unlit material shows, if it is one.
@@ -86,21 +110,32 @@ fn tint(material: &Material, point: &SurfacePoint) -> Vec3 {
     if material.vertex_colors { point.color.truncate() } else { Vec3::ONE }
 }
 
-/// The BSDF at a point seen from the unit direction `wo`, and the frame it is in. Opaque surfaces are two-sided: their
-/// frame is turned to the side of `wo`. A dielectric's frame keeps to the outside.
-pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint, wo: Vec3) -> (Bsdf, Frame) {
+/// The BSDF at a point seen from the unit direction `wo`, and the frame it is in. Opaque and layered surfaces have
+/// their frame turned to the side of `wo`. A dielectric's frame keeps to the outside. `wavelength`, in nm, counts where a
+/// surface [`disperses`]; without it all colours refract alike.
+pub fn scattering(
+    material: &Material,
+    textures: &Textures,
+    point: &SurfacePoint,
+    wo: Vec3,
+    wavelength: Option<f32>,
+) -> (Bsdf, Frame) {
     let color =
         |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
     let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
+    if let Surface::Layered(layered) = &material.surface {
+        let tint = tint(material, point);
+        let place = layered::Place { textures, point, tint, wo, wavelength };
+        return layered::scattering(layered, material.normal.as_ref(), &place);
+    }
     let side = match material.surface {
         Surface::Dielectric { .. } => Side::Boundary,
-        Surface::Metal { .. } | Surface::Pbr(_) => Side::Glossy,
+        Surface::Metal { .. } | Surface::Pbr(_) | Surface::Layered(_) | Surface::SpecularGlossiness(_) => {
+            Side::Glossy
+        }
         Surface::Diffuse { .. } | Surface::Unlit { .. } | Surface::Black => Side::Matte,
     };
-    let map = material.normal.map(|map| {
-        let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
-        Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
-    });
+    let map = material.normal.as_ref().map(|map| mapped_normal(map, textures, point));
     let (frame, matte) = shading_frame(point, map, wo, side);
     let bsdf = match &material.surface {
         Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),
@@ -128,9 +163,22 @@ pub fn scattering(material: &Material, textures: &Textures, point: &SurfacePoint
             pbr.multiscatter,
             matte,
         ),
-        Surface::Unlit { .. } | Surface::Black => Bsdf::Black,
+        Surface::SpecularGlossiness(surface) => {
+            let specular = color(&surface.specular);
+            // archived extension, "Specular - Glossiness": c_diff = diffuse (1 − max(specular))
+            let diffuse = color(&surface.diffuse) * (1.0 - specular.max_element());
+            let curve = LayerCurve { f0: specular, ..LayerCurve::dielectric(1.5) };
+            Pbr::bsdf(diffuse, 0.0, alpha(1.0 - unit(&surface.glossiness)), curve, true, matte)
+        }
+        Surface::Unlit { .. } | Surface::Black | Surface::Layered(_) => Bsdf::Black,
     };
     (bsdf, frame)
+}
+
+/// The normal in tangent space that a map gives, not of unit length.
+fn mapped_normal(map: &NormalMap, textures: &Textures, point: &SurfacePoint) -> Vec3 {
+    let n = 2.0 * textures.lookup(&map.texture, &point.uvs).truncate() - 1.0;
+    Vec3::new(n.x * map.scale, n.y * map.scale, n.z)
 }
 
 /// Perceptual roughness to the width of the microfacet distribution (glTF 2.0, B.3.1).

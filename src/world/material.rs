@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::TextureRef;
+use super::{Layered, SpecularGlossiness, TextureRef};
 
 /// factor × texture (× vertex colour where a material says so).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ pub struct Pbr {
     pub multiscatter: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
     /// Lambert, two-sided.
     Diffuse {
@@ -96,6 +96,9 @@ pub enum Surface {
         tint: ColorInput,
     },
     Pbr(Pbr),
+    /// The same with layers.
+    Layered(Box<Layered>),
+    SpecularGlossiness(SpecularGlossiness),
     /// Shows `color` as radiance, scatters and casts nothing (KHR_materials_unlit).
     Unlit {
         color: ColorInput,
@@ -123,15 +126,31 @@ impl ColorInput {
     pub fn constant(factor: Vec3) -> Self {
         Self { factor, texture: None }
     }
+
+    pub fn for_each_texture(&mut self, f: &mut dyn FnMut(&mut TextureRef)) {
+        self.texture.iter_mut().for_each(f);
+    }
 }
 
 impl ScalarInput {
     pub fn constant(factor: f32) -> Self {
         Self { factor, texture: None }
     }
+
+    pub fn for_each_texture(&mut self, f: &mut dyn FnMut(&mut TextureRef)) {
+        self.texture.iter_mut().for_each(|(texture, _)| f(texture));
+    }
 }
 
 impl Material {
+    /// Calls `f` with every texture that is looked up.
+    pub fn for_each_texture(&mut self, f: &mut dyn FnMut(&mut TextureRef)) {
+        self.surface.for_each_texture(f);
+        self.emission.iter_mut().for_each(|e| e.color.for_each_texture(f));
+        self.coverage.for_each_texture(f);
+        self.normal.iter_mut().for_each(|n| f(&mut n.texture));
+    }
+
     /// Opaque, two-sided, without emission, textures or vertex colours.
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
         Self {
@@ -143,6 +162,36 @@ impl Material {
             normal: None,
             double_sided: true,
             vertex_colors: false,
+        }
+    }
+}
+
+impl Pbr {
+    pub fn for_each_texture(&mut self, f: &mut dyn FnMut(&mut TextureRef)) {
+        self.base_color.for_each_texture(f);
+        self.metallic.for_each_texture(f);
+        self.roughness.for_each_texture(f);
+    }
+}
+
+impl Surface {
+    pub fn for_each_texture(&mut self, f: &mut dyn FnMut(&mut TextureRef)) {
+        match self {
+            Self::Black => {}
+            Self::Diffuse { color } | Self::Unlit { color } => color.for_each_texture(f),
+            Self::Metal { color, finish } => {
+                color.for_each_texture(f);
+                if let MetalFinish::Roughness { roughness, .. } = finish {
+                    roughness.for_each_texture(f);
+                }
+            }
+            Self::Dielectric { roughness, tint, .. } => {
+                roughness.for_each_texture(f);
+                tint.for_each_texture(f);
+            }
+            Self::Pbr(pbr) => pbr.for_each_texture(f),
+            Self::Layered(layered) => layered.for_each_texture(f),
+            Self::SpecularGlossiness(surface) => surface.for_each_texture(f),
         }
     }
 }

@@ -5,6 +5,7 @@
 mod camera;
 mod environment;
 mod image;
+mod layers;
 mod light;
 mod material;
 mod mesh;
@@ -12,6 +13,10 @@ mod mesh;
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentKind};
 pub use image::{ColorSpace, Filter, Image, Texels, Texture, TextureRef, Wrap};
+pub use layers::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Layered, Sheen, SpecularGlossiness,
+    SpecularLevel, Volume,
+};
 pub use light::Light;
 pub use material::{
     Alpha, ColorInput, Emission, Fresnel, Material, MetalFinish, NormalMap, Pbr, ScalarInput, Surface,

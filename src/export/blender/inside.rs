@@ -89,7 +89,7 @@ mod tests {
         };
         let told = |x: f32| {
             let lamp = Light::Point { position: Vec3::new(x, 0.0, 0.0), intensity: Vec3::ONE };
-            let materials = vec![Material::new("glass", glass)];
+            let materials = vec![Material::new("glass", glass.clone())];
             let world = World {
                 model: Model { materials, lights: vec![lamp], ..Model::default() },
                 spheres: vec![Sphere { center: Vec3::ZERO, radius: 1.0, material: MaterialId(0) }],

@@ -78,7 +78,9 @@ fn references(material: &world::Material) -> Vec<TextureRef> {
         }
         world::Surface::Dielectric { roughness, tint, .. } => (vec![tint], vec![roughness]),
         world::Surface::Pbr(pbr) => (vec![&pbr.base_color], vec![&pbr.metallic, &pbr.roughness]),
-        world::Surface::Black => (vec![], vec![]),
+        world::Surface::Black | world::Surface::Layered(_) | world::Surface::SpecularGlossiness(_) => {
+            (vec![], vec![])
+        }
     };
     let colors = colors.into_iter().chain(material.emission.as_ref().map(|e| &e.color));
     let values = values.into_iter().chain([&material.coverage]);
@@ -202,7 +204,10 @@ impl Conversion<'_, '_> {
                 distribution: distribution(pbr.multiscatter),
             },
             world::Surface::Unlit { color } => Surface::Unlit { color: self.light(color)? },
-            world::Surface::Black => Surface::Black,
+            // `layers` has replaced those.
+            world::Surface::Black | world::Surface::Layered(_) | world::Surface::SpecularGlossiness(_) => {
+                Surface::Black
+            }
         })
     }
 
@@ -218,7 +223,9 @@ impl Conversion<'_, '_> {
             world::Surface::Dielectric { .. }
             | world::Surface::Diffuse { .. }
             | world::Surface::Unlit { .. }
-            | world::Surface::Black => return false,
+            | world::Surface::Black
+            | world::Surface::Layered(_)
+            | world::Surface::SpecularGlossiness(_) => return false,
         };
         self.note(match metallic {
             true => "under the normal map Cycles dims light that grazes the true surface (bump map correction on)",

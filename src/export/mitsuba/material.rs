@@ -84,7 +84,8 @@ impl Exporter<'_> {
                 self.dielectric(material, variant, *ior, *fresnel, roughness, tint)?
             }
             Surface::Pbr(pbr) => self.pbr(material, variant, pbr)?,
-            Surface::Unlit { .. } | Surface::Black => {
+            // `layers` has replaced those with layers.
+            Surface::Unlit { .. } | Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => {
                 Node::plugin("bsdf", "diffuse").child(Node::rgb("reflectance", Vec3::ZERO))
             }
         })
@@ -411,7 +412,7 @@ pub fn base(material: &Material) -> Option<&ColorInput> {
         Surface::Diffuse { color } | Surface::Metal { color, .. } | Surface::Unlit { color } => Some(color),
         Surface::Dielectric { tint, .. } => Some(tint),
         Surface::Pbr(pbr) => Some(&pbr.base_color),
-        Surface::Black => None,
+        Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => None,
     }
 }
 

@@ -144,6 +144,6 @@ fn kinds(material: &Material) -> &'static [Kind] {
         Surface::Dielectric { .. } => &[Kind::Glossy, Kind::Transmission],
         Surface::Pbr(pbr) if pbr.metallic.texture.is_none() && pbr.metallic.factor >= 1.0 => &[Kind::Glossy],
         Surface::Pbr(_) => &[Kind::Diffuse, Kind::Glossy],
-        Surface::Unlit { .. } | Surface::Black => &[],
+        Surface::Unlit { .. } | Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => &[],
     }
 }

@@ -158,10 +158,10 @@ impl Maker<'_, '_> {
 
     /// All but alpha.
     fn body(&mut self, glow: Option<&Term>) -> Result<String, Error> {
-        let surface = self.material.surface;
+        let surface = &self.material.surface;
         let with_glow =
             |terms: Vec<Term>| finish::sum(&[terms, glow.cloned().into_iter().collect()].concat());
-        Ok(match &surface {
+        Ok(match surface {
             Surface::Diffuse { color } => with_glow(vec![Term::diffuse(self.pigment(color, true)?, 1.0)]),
             Surface::Metal { color, finish } => with_glow(vec![self.metal(color, finish)?]),
             Surface::Dielectric { fresnel, roughness, tint, .. } => {
@@ -172,7 +172,8 @@ impl Maker<'_, '_> {
             }
             Surface::Pbr(pbr) => self.pbr(pbr, glow)?,
             Surface::Unlit { color } => with_glow(vec![Term::emission(self.pigment(color, false)?, 1.0)]),
-            Surface::Black => with_glow(Vec::new()),
+            // `layers` has replaced those with layers.
+            Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => with_glow(Vec::new()),
         })
     }
 
@@ -425,7 +426,7 @@ impl Looks<'_> {
             }
             Surface::Dielectric { tint, .. } => tint.texture,
             Surface::Pbr(pbr) => pbr.base_color.texture.or(pbr.metallic.texture.map(|t| t.0)),
-            Surface::Black => None,
+            Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => None,
         };
         let emission = || material.emission.and_then(|e| e.color.texture);
         let coverage = || material.coverage.texture.map(|t| t.0);

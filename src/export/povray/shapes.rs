@@ -329,6 +329,6 @@ fn has_texture(material: &Material) -> bool {
         }
         Surface::Dielectric { tint, .. } => tint.texture.is_some(),
         Surface::Pbr(pbr) => pbr.base_color.texture.is_some(),
-        Surface::Black => false,
+        Surface::Black | Surface::Layered(_) | Surface::SpecularGlossiness(_) => false,
     }
 }

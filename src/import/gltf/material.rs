@@ -1,4 +1,4 @@
-//! Materials: metallic-roughness and unlit, their textures, alpha and emission.
+//! Materials: metallic-roughness, its layers ([`layers`]), specular-glossiness and unlit; textures, alpha and emission.
 //!
 //! glTF 2.0, section 3.9 "Materials", with KHR_materials_unlit, KHR_materials_emissive_strength and KHR_materials_ior.
 //! Base colour and emissive textures are sRGB, all others linear. Occlusion is not used: a path tracer finds it itself.
@@ -17,6 +17,7 @@ use gltf::json::{
 
 use super::{
     document::Document,
+    layers,
     report::{Problem, Report},
     textures::{Slot, Textures},
 };
@@ -46,10 +47,15 @@ pub fn slots(material: &json::Material) -> impl Iterator<Item = (&'static str, u
     ]
     .into_iter()
     .filter_map(|(name, texture)| Some((name, texture?)))
+    .chain(layers::slots(material))
 }
 
-/// The slot whose image need not be decoded.
-pub const UNUSED_SLOT: &str = "occlusionTexture";
+/// Whether the image in a slot is looked up, and needs to be decoded.
+pub fn is_used(slot: &str) -> bool {
+    slot != UNUSED_SLOT && slot != layers::UNUSED_SLOT
+}
+
+const UNUSED_SLOT: &str = "occlusionTexture";
 
 /// The materials that are used, in the order of the file; `None` is the default material and comes last.
 pub fn convert_all(
@@ -82,10 +88,10 @@ fn default_material() -> Material {
     Material { double_sided: false, vertex_colors: true, ..Material::new("default", Surface::Pbr(pbr)) }
 }
 
-struct Conversion<'a> {
+pub struct Conversion<'a> {
     document: &'a Document,
     textures: &'a mut Textures,
-    report: &'a mut Report,
+    pub report: &'a mut Report,
     index: usize,
 }
 
@@ -101,8 +107,12 @@ impl Conversion<'_> {
             ColorSpace::Srgb,
         );
         let base_color = ColorInput { factor: Vec3::new(base[0], base[1], base[2]), texture: base_texture };
+        let mut coverage = ScalarInput { factor: base[3], texture: base_texture.map(|texture| (texture, 3)) };
         let surface = if extensions.is_some_and(|e| e.unlit.is_some()) {
             Surface::Unlit { color: base_color }
+        } else if let Some(archived) = layers::specular_glossiness(self, json) {
+            coverage = archived.coverage;
+            Surface::SpecularGlossiness(archived.surface)
         } else {
             let packed = self.info(
                 pbr.metallic_roughness_texture.as_ref(),
@@ -113,23 +123,26 @@ impl Conversion<'_> {
                 factor: self.within(factor, 0.0, 1.0, key),
                 texture: packed.map(|texture| (texture, channel)),
             };
-            Surface::Pbr(Pbr {
+            let pbr = Pbr {
                 base_color,
                 metallic: scalar(pbr.metallic_factor.0, 2, "pbrMetallicRoughness/metallicFactor"),
                 roughness: scalar(pbr.roughness_factor.0, 1, "pbrMetallicRoughness/roughnessFactor"),
                 ior: self.ior(json),
                 multiscatter: true,
-            })
+            };
+            layers::layered(self, json, pbr)
         };
+        // "The doubleSided property has no effect on volume boundaries", which a camera inside sees from behind.
+        let bounds_medium = matches!(&surface, Surface::Layered(layered) if layered.medium().is_some());
         let name = json.name.as_deref().map_or_else(|| format!("material {}", self.index), super::clipped);
         Material {
             name,
             surface,
             emission: self.emission(json),
             alpha: self.alpha(json),
-            coverage: ScalarInput { factor: base[3], texture: base_texture.map(|texture| (texture, 3)) },
-            normal: json.normal_texture.as_ref().and_then(|normal| self.normal(normal)),
-            double_sided: json.double_sided,
+            coverage,
+            normal: json.normal_texture.as_ref().and_then(|normal| self.normal(normal, "normalTexture")),
+            double_sided: json.double_sided || bounds_medium,
             vertex_colors: true,
         }
     }
@@ -168,30 +181,25 @@ impl Conversion<'_> {
         Some(Emission { color: ColorInput { factor, texture }, strength, two_sided: json.double_sided })
     }
 
-    fn normal(&mut self, json: &NormalTexture) -> Option<NormalMap> {
+    pub fn normal(&mut self, json: &NormalTexture, key: &str) -> Option<NormalMap> {
         // The crate does not read the transform of this slot.
         let transform = json.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
         let transform: Option<TextureTransform> = match transform.map(|t| serde_json::from_value(t.clone())) {
             None => None,
             Some(Ok(transform)) => Some(transform),
             Some(Err(e)) => {
-                let pointer = self.pointer("normalTexture/extensions/KHR_texture_transform");
+                let pointer = self.pointer(&format!("{key}/extensions/KHR_texture_transform"));
                 self.report.error(Problem::new(pointer, e.to_string()));
                 None
             }
         };
-        let scale = self.within(json.scale, -MAX_NORMAL_SCALE, MAX_NORMAL_SCALE, "normalTexture/scale");
-        let texture = self.slot(
-            json.index.value(),
-            json.tex_coord,
-            transform.as_ref(),
-            "normalTexture",
-            ColorSpace::Linear,
-        )?;
+        let scale = self.within(json.scale, -MAX_NORMAL_SCALE, MAX_NORMAL_SCALE, &format!("{key}/scale"));
+        let texture =
+            self.slot(json.index.value(), json.tex_coord, transform.as_ref(), key, ColorSpace::Linear)?;
         Some(NormalMap { texture, scale })
     }
 
-    fn info(&mut self, info: Option<&Info>, key: &str, space: ColorSpace) -> Option<TextureRef> {
+    pub fn info(&mut self, info: Option<&Info>, key: &str, space: ColorSpace) -> Option<TextureRef> {
         let info = info?;
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
         self.slot(info.index.value(), info.tex_coord, transform, key, space)
@@ -210,7 +218,7 @@ impl Conversion<'_> {
     }
 
     /// `value` clamped to the range that the specification gives, with a warning where it was outside.
-    fn within(&mut self, value: f32, least: f32, most: f32, key: &str) -> f32 {
+    pub fn within(&mut self, value: f32, least: f32, most: f32, key: &str) -> f32 {
         if (least..=most).contains(&value) {
             return value;
         }
@@ -220,7 +228,7 @@ impl Conversion<'_> {
         clamped
     }
 
-    fn pointer(&self, key: &str) -> String {
+    pub fn pointer(&self, key: &str) -> String {
         format!("/materials/{}/{key}", self.index)
     }
 }

@@ -7,7 +7,7 @@
 //! | `check` | every index, and the hierarchy of nodes |
 //! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
 //! | `nodes` | the scene flattened |
-//! | `textures`, `material` | images and what uses them |
+//! | `textures`, `material`, `layers` | images and what uses them |
 //! | `meshopt`, `draco` | compressed geometry made plain |
 //! | `mesh`, `topology`, `skin` | primitives to triangles, in the pose of their joints |
 //! | `animation`, `curve`, `pointer` | the document at one time of an animation |
@@ -32,6 +32,7 @@ mod extensions;
 mod ibl;
 mod info;
 mod instancing;
+mod layers;
 mod material;
 mod mesh;
 mod meshopt;
@@ -279,7 +280,7 @@ fn materials(source: &Source, shapes: &[Shape], folder: &Path, report: &mut Repo
     let document = source.document;
     let used: BTreeSet<Option<usize>> = shapes.iter().map(|s| s.material).collect();
     let jsons = used.iter().flatten().filter_map(|&i| document.materials.get(i));
-    let needed = jsons.flat_map(material::slots).filter(|(name, _)| *name != material::UNUSED_SLOT);
+    let needed = jsons.flat_map(material::slots).filter(|(name, _)| material::is_used(name));
     let needed: BTreeSet<usize> = needed.map(|(_, texture)| texture).collect();
     let mut textures = Textures::load(source, &needed, folder, report);
     let (materials, ids) = material::convert_all(document, used, &mut textures, report);
@@ -308,7 +309,7 @@ fn meshes(
         let pointer = format!("/meshes/{}/primitives/{}", shape.mesh, shape.primitive);
         let weights = json_node.weights.as_ref().or(json_mesh.weights.as_ref()).map_or(&[][..], |w| w);
         let used = model.materials.get(material.index());
-        let tangent_set = used.and_then(|m| m.normal).map(|n| n.texture.uv_set);
+        let tangent_set = used.and_then(tangent_set);
         let key = match mesh::key(primitive, shape.topology, weights, shape.skin, tangent_set, &pointer) {
             Ok(key) => key,
             Err(problem) => {
@@ -321,7 +322,7 @@ fn meshes(
             if key.is_posed() {
                 posed = posed.saturating_add(key.triangle_count(source));
             }
-            let lacks = used.is_some_and(|m| uv_sets(m).any(|set| !key.has_uvs(set)));
+            let lacks = used.is_some_and(|m| uv_sets(m).iter().any(|&set| !key.has_uvs(set)));
             report.tally.add(Counted::MissingUvs, lacks.into(), &pointer);
             let name = json_mesh.name.as_deref().map_or_else(|| format!("mesh {}", shape.mesh), clipped);
             jobs.push((key.clone(), name, pointer));
@@ -367,15 +368,23 @@ fn meshes(
 }
 
 /// UV sets that a material's textures look up.
-fn uv_sets(material: &Material) -> impl Iterator<Item = u8> {
-    let surface = match material.surface {
-        Surface::Pbr(pbr) => [pbr.base_color.texture, pbr.roughness.texture.map(|(t, _)| t)],
-        Surface::Unlit { color } => [color.texture, None],
-        _ => [None, None],
-    };
-    let emission = material.emission.and_then(|e| e.color.texture);
-    let normal = material.normal.map(|n| n.texture);
-    surface.into_iter().chain([emission, normal]).flatten().map(|t| t.uv_set)
+fn uv_sets(material: &Material) -> BTreeSet<u8> {
+    let mut sets = BTreeSet::new();
+    material.clone().for_each_texture(&mut |texture| {
+        sets.insert(texture.uv_set);
+    });
+    sets
+}
+
+/// The UV set that tangents follow, where the material needs any.
+fn tangent_set(material: &Material) -> Option<u8> {
+    if let Some(normal) = &material.normal {
+        return Some(normal.texture.uv_set);
+    }
+    let Surface::Layered(layered) = &material.surface else { return None };
+    let coat = layered.clearcoat.and_then(|coat| coat.normal).map(|normal| normal.texture.uv_set);
+    let anisotropy = layered.anisotropy.map(|a| a.texture.map_or(0, |texture| texture.uv_set));
+    coat.or(anisotropy)
 }
 
 fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, report: &mut Report) {

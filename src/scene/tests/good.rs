@@ -30,7 +30,7 @@ fn every_key_arrives() {
 
     let surface = |name: &str| {
         let material = scene.materials.iter().find(|material| material.name == name);
-        material.map(|material| material.surface).expect("is there")
+        material.map(|material| material.surface.clone()).expect("is there")
     };
     assert!(
         matches!(surface("ground"), Surface::Diffuse { color } if (color.factor.x - 0.2158605).abs() < 1e-6)

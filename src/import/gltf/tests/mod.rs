@@ -5,6 +5,7 @@ mod containers;
 mod data;
 mod fuzz;
 mod geometry;
+mod layers;
 mod moving;
 mod posed;
 mod scene;

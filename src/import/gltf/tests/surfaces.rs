@@ -9,7 +9,7 @@ use super::*;
 use crate::world::{Alpha, ColorSpace, Filter, Material, Surface, Texels, Wrap};
 
 /// PNG of one texel.
-fn png(texel: [u8; 4]) -> Vec<u8> {
+pub(super) fn png(texel: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let image = image::RgbaImage::from_pixel(1, 1, image::Rgba(texel));
     image.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
@@ -17,7 +17,7 @@ fn png(texel: [u8; 4]) -> Vec<u8> {
 }
 
 /// The square with texture coordinates and `material`; texture i shows image i of `images`.
-fn textured(material: Value, images: &[Vec<u8>]) -> Value {
+pub(super) fn textured(material: Value, images: &[Vec<u8>]) -> Value {
     let mut file = asset(
         &[
             floats(&SQUARE),

@@ -1,0 +1,203 @@
+//! Facets that may lean further one way than the other, with any curve of reflectance: the specular part of
+//! [`Layered`](super::Layered) materials.
+//!
+//! Multiple scattering is given back as in [`specular`](super::specular). The directional albedos that it needs, and that tell
+//! what the layer leaves to its base, come from the tables where facets are alike in all directions and
+//! the curve is one of theirs; else from a quadrature over visible normals on the spot, within 1 %.
+
+use glam::{Vec2, Vec3};
+
+use super::albedo::Albedo;
+use super::anisotropic::AnisotropicGgx;
+use super::fresnel::{DielectricFresnel, LayerCurve, SCHLICK_AVERAGE, refract, schlick_weight};
+use super::glass_albedo::glass_albedo;
+use super::layer_albedo::Layer;
+use super::reflect_about;
+use super::thin_film::ThinFilm;
+
+/// Points of the Fibonacci lattice over the visible normals.
+const LATTICE: [u32; 2] = [89, 55];
+/// As sharp as directions in f32 can be told apart.
+const MIN_ALPHA: f32 = 1e-4;
+
+/// How reflectance rises from normal incidence to grazing.
+#[derive(Clone, Copy, Debug)]
+enum Rise {
+    Schlick,
+    Dielectric(Layer),
+}
+
+/// Reflectance per channel by angle, seen from air.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflectance {
+    f0: Vec3,
+    f90: Vec3,
+    rise: Rise,
+    pub film: Option<ThinFilm>,
+    /// F_ms; zero where multiple scattering is left out.
+    multiple: Vec3,
+}
+
+impl Reflectance {
+    pub fn metal(color: Vec3, film: Option<ThinFilm>) -> Self {
+        Self { f0: color, f90: Vec3::ONE, rise: Rise::Schlick, film, multiple: Vec3::ZERO }
+    }
+
+    pub fn dielectric(curve: LayerCurve, film: Option<ThinFilm>) -> Self {
+        let LayerCurve { f0, f90, rise } = curve;
+        Self { f0, f90, rise: Rise::Dielectric(Layer::new(rise)), film, multiple: Vec3::ZERO }
+    }
+
+    pub fn at(&self, cos: f32) -> Vec3 {
+        let weight = match &self.rise {
+            Rise::Schlick => schlick_weight(cos),
+            Rise::Dielectric(layer) => layer.rise.at(cos),
+        };
+        self.filmed(self.f0 + (self.f90 - self.f0) * weight, cos)
+    }
+
+    fn filmed(&self, bare: Vec3, cos: f32) -> Vec3 {
+        match &self.film {
+            None => bare,
+            Some(film) => bare.lerp(film.reflectance(cos), film.weight),
+        }
+    }
+
+    /// At a boundary whose far side is `eta` times as dense, from either side: reflectance for light arriving at
+    /// `cos`, and the cosine of the refracted ray, zero where reflection is total.
+    pub fn at_boundary(&self, cos: f32, eta: f32) -> (Vec3, f32) {
+        let (exact, cos_t) = DielectricFresnel::Exact.reflectance(cos, eta);
+        if cos_t == 0.0 {
+            return (Vec3::ONE, 0.0);
+        }
+        let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
+        let weight = ((exact - r0) / (1.0 - r0)).clamp(0.0, 1.0);
+        let in_air = if eta < 1.0 { cos_t } else { cos };
+        (self.filmed(self.f0 + (self.f90 - self.f0) * weight, in_air), cos_t)
+    }
+
+    fn is_exact(&self, eta: f32) -> bool {
+        let r0 = Vec3::splat(((eta - 1.0) / (eta + 1.0)).powi(2));
+        self.film.is_none() && self.f90 == Vec3::ONE && self.f0.abs_diff_eq(r0, 1e-4)
+    }
+
+    fn average(&self) -> Vec3 {
+        let weight = match &self.rise {
+            Rise::Schlick => SCHLICK_AVERAGE,
+            Rise::Dielectric(layer) => layer.average(),
+        };
+        let bare = self.f0 + (self.f90 - self.f0) * weight;
+        // light from all around arrives at 48° on average
+        self.filmed(bare, 2.0 / 3.0)
+    }
+}
+
+/// A distribution of facets.
+#[derive(Clone, Copy, Debug)]
+pub struct Facets {
+    pub ggx: AnisotropicGgx,
+    isotropic: bool,
+    multiscatter: bool,
+}
+
+/// What a reflecting lobe weighs along one direction.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Weighed {
+    /// Factor for multiple scattering.
+    pub boost: Vec3,
+    /// Directional albedo, the factor included.
+    pub albedo: Vec3,
+}
+
+impl Facets {
+    /// `alpha` along x and y.
+    pub fn new(alpha: Vec2, multiscatter: bool) -> Self {
+        let alpha = alpha.clamp(Vec2::splat(MIN_ALPHA), Vec2::ONE);
+        Self { ggx: AnisotropicGgx { alpha }, isotropic: alpha.x == alpha.y, multiscatter }
+    }
+
+    /// The curve with what further bounces reflect.
+    pub fn prepare(&self, mut reflectance: Reflectance) -> Reflectance {
+        if self.multiscatter {
+            let alpha = self.ggx.alpha;
+            let e = Albedo::average((alpha.x * alpha.y).sqrt());
+            let average = reflectance.average().min(Vec3::ONE);
+            reflectance.multiple = average * e / (Vec3::ONE - average * (1.0 - e));
+        }
+        reflectance
+    }
+
+    /// E(wo), the albedo of facets that reflect everything, and what each of two curves weighs.
+    pub fn weigh(&self, wo: Vec3, curves: [Option<&Reflectance>; 2]) -> (f32, [Weighed; 2]) {
+        if self.isotropic && curves.iter().flatten().all(|c| c.film.is_none()) {
+            let alpha = self.ggx.alpha.x;
+            let albedo = Albedo::at(wo.z, alpha);
+            let weighed = curves.map(|curve| {
+                curve.map_or(Weighed::default(), |curve| {
+                    let grazing = match &curve.rise {
+                        Rise::Schlick => albedo.grazing,
+                        Rise::Dielectric(layer) => albedo.white * layer.grazing_share(wo.z, alpha),
+                    };
+                    let single = curve.f0 * albedo.white + (curve.f90 - curve.f0) * grazing;
+                    boosted(curve, albedo.white, single)
+                })
+            });
+            return (albedo.white, weighed);
+        }
+        let mut white = 0.0;
+        let mut single = [Vec3::ZERO; 2];
+        for h in self.normals(wo) {
+            let wi = reflect_about(wo, h);
+            if wi.z > 0.0 {
+                let kept = self.ggx.g2_over_g1(wo, wi);
+                white += kept;
+                for (sum, curve) in single.iter_mut().zip(&curves) {
+                    if let Some(curve) = curve {
+                        *sum += kept * curve.at(wo.dot(h));
+                    }
+                }
+            }
+        }
+        let n = LATTICE[0] as f32;
+        let white = (white / n).clamp(0.01, 1.0);
+        let weigh = |k: usize| curves[k].map_or(Weighed::default(), |c| boosted(c, white, single[k] / n));
+        (white, [weigh(0), weigh(1)])
+    }
+
+    /// The share of light along `wo` that one bounce at a boundary leaves, reflected and refracted together.
+    pub fn boundary_albedo(&self, wo: Vec3, eta: f32, reflectance: &Reflectance) -> f32 {
+        if !self.multiscatter {
+            return 1.0;
+        }
+        if self.isotropic && reflectance.is_exact(eta) {
+            return glass_albedo(DielectricFresnel::Exact, wo.z, self.ggx.alpha.x, eta);
+        }
+        let mut kept = 0.0;
+        for h in self.normals(wo) {
+            let wo_h = wo.dot(h);
+            let (r, cos_t) = reflectance.at_boundary(wo_h, eta);
+            let r = r.element_sum() / 3.0;
+            let (reflected, refracted) = (reflect_about(wo, h), refract(wo, h, wo_h, cos_t, eta));
+            if reflected.z > 0.0 {
+                kept += r * self.ggx.g2_over_g1(wo, reflected);
+            }
+            if cos_t > 0.0 && refracted.z < 0.0 {
+                kept += (1.0 - r) * self.ggx.g2_over_g1(wo, refracted);
+            }
+        }
+        (kept / LATTICE[0] as f32).clamp(0.01, 1.0)
+    }
+
+    fn normals(&self, wo: Vec3) -> impl Iterator<Item = Vec3> {
+        let (ggx, [n, step]) = (self.ggx, LATTICE);
+        (0..n).map(move |i| {
+            let polar = (i as f32 + 0.5) / n as f32;
+            ggx.sample_normal(wo, Vec2::new(polar, ((i * step % n) as f32 + 0.25) / n as f32))
+        })
+    }
+}
+
+fn boosted(curve: &Reflectance, white: f32, single: Vec3) -> Weighed {
+    let boost = Vec3::ONE + curve.multiple * ((1.0 - white) / white);
+    Weighed { boost, albedo: boost * single }
+}
