@@ -132,7 +132,7 @@ const POSED: [Posed; 8] = [
 fn poses_are_those_of_blender() {
     let Some(samples) = samples("gltf") else { return };
     for (name, animation, at, [low, high]) in POSED {
-        let selection = Selection { animation: Some(animation.into()), at: Some(at), scene: None };
+        let selection = Selection { animation: Some(animation.into()), at: Some(at), ..Selection::default() };
         let model = gltf::load(&samples.join(name), &selection).unwrap_or_else(|e| panic!("{name}: {e:?}"));
         assert_sound(&model, Path::new(name));
         let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);

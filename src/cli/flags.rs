@@ -88,6 +88,10 @@ pub struct Choices {
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
 
+    /// Variant of a glTF file's materials, by name or number (from 0); in a scene file: `variant` in [[model]]
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+
     /// Camera of a model, by its name or its node's
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
@@ -103,7 +107,12 @@ pub struct Choices {
 
 impl Choices {
     pub fn selection(&self) -> Selection {
-        Selection { scene: self.scene.clone(), animation: self.animation.clone(), at: self.at }
+        Selection {
+            scene: self.scene.clone(),
+            variant: self.variant.clone(),
+            animation: self.animation.clone(),
+            at: self.at,
+        }
     }
 }
 

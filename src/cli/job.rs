@@ -56,7 +56,7 @@ pub fn load(
 
 /// What `choices` can mean in a scene file, whose models say the rest themselves.
 fn choose(scene: &mut ValidScene, choices: &Choices) -> Result<(), Failure> {
-    let flags = [("scene", &choices.scene), ("animation", &choices.animation)];
+    let flags = [("scene", &choices.scene), ("variant", &choices.variant), ("animation", &choices.animation)];
     if let Some((flag, _)) = flags.into_iter().find(|(_, given)| given.is_some()) {
         return Err(Failure::BadInput(format!(
             "error: --{flag} goes with a bare model; in a scene file write `{flag} = …` in its [[model]]"

@@ -26,6 +26,8 @@ table! {
         scale: Scale = Scale::Uniform(1.0),
         /// The scene of a glTF file that is shown, by name or number; without it, the file's own choice.
         scene: Option<Pick>,
+        /// The variant of a glTF file's materials, by name or number; without it, the materials as they are.
+        variant: Option<Pick>,
         /// The animation that is shown, by name or number; without it, the first if there is `at`, or else the pose at rest.
         animation: Option<Pick>,
         /// The moment of the animation, seconds; 0 where only `animation` is given.
@@ -50,7 +52,7 @@ impl Model {
             );
         }
         let obj = self.file.0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-        if let Some(key) = self.keys.first(&["scene", "animation", "at"]).filter(|_| obj) {
+        if let Some(key) = self.keys.first(&["scene", "variant", "animation", "at"]).filter(|_| obj) {
             cx.error(
                 self.keys.key(key),
                 format!("`{key}` goes with glTF files: an OBJ file has no such thing"),
@@ -60,7 +62,12 @@ impl Model {
         let text = |pick: Option<Pick>| pick.map(|pick| pick.0);
         let replacements = self.materials.0.into_iter();
         ModelSource {
-            selection: Selection { scene: text(self.scene), animation: text(self.animation), at: self.at },
+            selection: Selection {
+                scene: text(self.scene),
+                variant: text(self.variant),
+                animation: text(self.animation),
+                at: self.at,
+            },
             to_world: Affine3A::from_mat3_translation(linear, self.translate.vec()),
             material: self.material.map(|material| material.0),
             materials: replacements

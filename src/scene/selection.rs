@@ -1,4 +1,4 @@
-//! What of a model is shown: `scene`, `animation` and `at` of `[[model]]`.
+//! What of a model is shown: `scene`, `variant`, `animation` and `at` of `[[model]]`.
 
 use std::hash::{Hash, Hasher};
 
@@ -11,11 +11,13 @@ use super::{
     table::inline_schema,
 };
 
-/// Scenes and animations are called by their names, or by their numbers counted from 0.
+/// Scenes, variants and animations are called by their names, or by their numbers counted from 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
     /// Without: the file's own choice.
     pub scene: Option<String>,
+    /// Of the materials. Without: the materials as they are.
+    pub variant: Option<String>,
     /// Without: the first if there is a time, or else the pose at rest.
     pub animation: Option<String>,
     /// The moment of the animation, seconds; finite. Without: 0.
@@ -26,7 +28,7 @@ impl Eq for Selection {}
 
 impl Hash for Selection {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.scene, &self.animation, self.at.map(f32::to_bits)).hash(state);
+        (&self.scene, &self.variant, &self.animation, self.at.map(f32::to_bits)).hash(state);
     }
 }
 

@@ -12,6 +12,7 @@ use super::{
     nodes,
     report::{Problem, Report},
     textures::{NO_SOURCE, extension_sources},
+    variants,
 };
 
 /// Checks references by value against the number of elements there are.
@@ -38,6 +39,7 @@ pub fn references(document: &Document, report: &mut Report) {
     meshes(document, &mut references);
     materials(document, &mut references);
     data(document, &mut references);
+    variants::check(document, report);
     hierarchy(document, report);
 }
 
@@ -157,12 +159,11 @@ fn meshes(document: &Document, references: &mut References) {
                     ("NORMAL", target.normals),
                     ("TANGENT", target.tangents),
                 ];
-                for (name, index) in named {
-                    if let Some(index) = index {
-                        references.check(index.value(), accessors, "accessor", || {
-                            at(&format!("targets/{k}/{name}"))
-                        });
-                    }
+                let named = named.into_iter().filter_map(|(name, index)| Some((name, index?.value())));
+                let more = document.morphs.get(&(i, j)).and_then(|targets| targets.get(k));
+                let more = more.into_iter().flatten().map(|(name, index)| (name.as_str(), *index));
+                for (name, index) in named.chain(more) {
+                    references.check(index, accessors, "accessor", || at(&format!("targets/{k}/{name}")));
                 }
             }
         }

@@ -51,9 +51,14 @@ pub struct Document {
     /// Extensions that the file uses or lists, with those that are required.
     pub extensions: BTreeMap<String, bool>,
     pub generator: Option<String>,
+    /// What morph targets change beside what the crate reads, by mesh and primitive.
+    pub morphs: BTreeMap<(usize, usize), Vec<Morph>>,
     /// Names of KHR_materials_variants.
     pub variants: Vec<String>,
 }
+
+/// Accessors of a morph target by the names of their attributes: TEXCOORD_n and COLOR_0.
+pub type Morph = BTreeMap<String, usize>;
 
 /// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
 pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
@@ -85,6 +90,7 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
     }
+    let morphs = morphs(&root);
     let scene = match root.get("scene") {
         None | Some(Value::Null) => None,
         Some(value) => {
@@ -115,9 +121,34 @@ pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
         animated,
         extensions,
         generator,
+        morphs,
         variants,
     };
     report.checkpoint().map(|()| document)
+}
+
+/// What is no index is left to the typed reading, or to nobody.
+fn morphs(root: &Map<String, Value>) -> BTreeMap<(usize, usize), Vec<Morph>> {
+    fn list(value: Option<&Value>) -> &[Value] {
+        value.and_then(Value::as_array).map_or(&[], |list| list)
+    }
+    let mut morphs = BTreeMap::new();
+    for (i, mesh) in list(root.get("meshes")).iter().enumerate() {
+        for (j, primitive) in list(mesh.get("primitives")).iter().enumerate() {
+            let attributes = |target: &Value| {
+                let members = target.as_object().into_iter().flatten();
+                let wanted = members.filter(|(name, _)| name.starts_with("TEXCOORD_") || *name == "COLOR_0");
+                wanted
+                    .filter_map(|(name, index)| Some((name.clone(), usize::try_from(index.as_u64()?).ok()?)))
+                    .collect()
+            };
+            let targets: Vec<Morph> = list(primitive.get("targets")).iter().map(attributes).collect();
+            if targets.iter().any(|target| !target.is_empty()) {
+                morphs.insert((i, j), targets);
+            }
+        }
+    }
+    morphs
 }
 
 /// What channels of `animations` point to and is to be read again once it is changed.

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use super::report::{Problem, Report, quoted};
 
 /// Extensions whose content the importer understands.
-pub const SUPPORTED: [&str; 25] = [
+pub const SUPPORTED: [&str; 26] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -27,6 +27,7 @@ pub const SUPPORTED: [&str; 25] = [
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",

@@ -19,6 +19,7 @@ use super::{
     document::Document,
     layers,
     report::{Problem, Report},
+    texcoords::UvSlots,
     textures::{Slot, Textures},
 };
 use crate::world::{
@@ -57,24 +58,37 @@ pub fn is_used(slot: &str) -> bool {
 
 const UNUSED_SLOT: &str = "occlusionTexture";
 
-/// The materials that are used, in the order of the file; `None` is the default material and comes last.
+/// Materials, and how they are found.
+pub struct Converted {
+    pub materials: Vec<Material>,
+    /// Of each material.
+    pub uv_slots: Vec<UvSlots>,
+    /// By their index in the file; `None` is the default material.
+    pub ids: BTreeMap<Option<usize>, MaterialId>,
+}
+
+/// The materials that are used, in the order of the file; the default material comes last.
 pub fn convert_all(
     document: &Document,
     used: impl IntoIterator<Item = Option<usize>>,
     textures: &mut Textures,
     report: &mut Report,
-) -> (Vec<Material>, BTreeMap<Option<usize>, MaterialId>) {
+) -> Converted {
     let mut used: Vec<_> = used.into_iter().collect();
     used.sort_by_key(|index| index.unwrap_or(usize::MAX));
-    let (mut materials, mut ids) = (Vec::new(), BTreeMap::new());
+    let mut converted = Converted { materials: Vec::new(), uv_slots: Vec::new(), ids: BTreeMap::new() };
     for index in used {
-        ids.insert(index, MaterialId(materials.len() as u32));
-        materials.push(match index.and_then(|i| Some((i, document.materials.get(i)?))) {
-            Some((i, json)) => Conversion { document, textures, report, index: i }.convert(json),
+        converted.ids.insert(index, MaterialId(converted.materials.len() as u32));
+        let mut uv_slots = UvSlots::default();
+        converted.materials.push(match index.and_then(|i| Some((i, document.materials.get(i)?))) {
+            Some((index, json)) => {
+                Conversion { document, textures, report, index, uv_slots: &mut uv_slots }.convert(json)
+            }
             None => default_material(),
         });
+        converted.uv_slots.push(uv_slots);
     }
-    (materials, ids)
+    converted
 }
 
 fn default_material() -> Material {
@@ -93,6 +107,7 @@ pub struct Conversion<'a> {
     textures: &'a mut Textures,
     pub report: &'a mut Report,
     index: usize,
+    uv_slots: &'a mut UvSlots,
 }
 
 impl Conversion<'_> {
@@ -213,7 +228,15 @@ impl Conversion<'_> {
         key: &str,
         space: ColorSpace,
     ) -> Option<TextureRef> {
-        let slot = Slot { texture, tex_coord, transform, pointer: self.pointer(key) };
+        let pointer = self.pointer(key);
+        let set = transform.and_then(|t| t.tex_coord).unwrap_or(tex_coord);
+        let Some(uv_set) = self.uv_slots.place(set) else {
+            let message =
+                format!("uses TEXCOORD_{set}, the third set of this material; the texture is left out");
+            self.report.warn(Problem::new(pointer, message));
+            return None;
+        };
+        let slot = Slot { texture, uv_set, transform, pointer };
         self.textures.reference(self.document, &slot, space, self.report)
     }
 

@@ -11,6 +11,8 @@ use gltf::json::{self, accessor::ComponentType, mesh::Semantic, validation::Chec
 
 use super::{
     accessor::{Accessor, Source},
+    document::Morph,
+    mend,
     report::{Counted, Problem, Tally},
     skin::{self, Joints, Skinned},
     topology::Topology,
@@ -26,6 +28,8 @@ pub struct Key {
     normals: Option<usize>,
     tangents: Option<usize>,
     uvs: [Option<usize>; 2],
+    /// What the file calls those.
+    uv_sets: [u32; 2],
     colors: Option<usize>,
     targets: Vec<Target>,
     skin: Option<Skin>,
@@ -40,6 +44,8 @@ struct Target {
     positions: Option<usize>,
     normals: Option<usize>,
     tangents: Option<usize>,
+    uvs: [Option<usize>; 2],
+    colors: Option<usize>,
 }
 
 /// A skin, and the accessors of joints and weights of each set.
@@ -49,38 +55,50 @@ struct Skin {
     sets: Vec<[usize; 2]>,
 }
 
-/// The key of a primitive in a pose of morph `weights` and `skin`; a problem where it has no positions.
+/// How a primitive is posed, and what its material asks of it.
+pub struct Use<'a> {
+    /// Of each morph target, as is `morphs`.
+    pub weights: &'a [f32],
+    pub morphs: &'a [Morph],
+    pub skin: Option<usize>,
+    pub uv_sets: [u32; 2],
+    pub tangent_set: Option<u8>,
+}
+
+/// The key of a primitive; a problem where it has no positions.
 pub fn key(
     primitive: &json::mesh::Primitive,
     topology: Topology,
-    weights: &[f32],
-    skin: Option<usize>,
-    tangent_set: Option<u8>,
+    used: &Use,
     pointer: &str,
 ) -> Result<Key, Problem> {
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
     let positions = attribute(Semantic::Positions)
         .ok_or_else(|| Problem::new(format!("{pointer}/attributes"), "has no POSITION"))?;
-    let targets = primitive.targets.iter().flatten().zip(weights);
-    let targets = targets.filter(|(_, weight)| **weight != 0.0 && weight.is_finite());
+    let targets = primitive.targets.iter().flatten().zip(used.weights).enumerate();
+    let targets = targets.filter(|(_, (_, weight))| **weight != 0.0 && weight.is_finite());
+    let more = |i: usize, name: &str| used.morphs.get(i).and_then(|morph| morph.get(name)).copied();
     Ok(Key {
         topology,
         indices: primitive.indices.map(|i| i.value()),
         positions,
         normals: attribute(Semantic::Normals),
         tangents: attribute(Semantic::Tangents),
-        uvs: [0, 1].map(|set| attribute(Semantic::TexCoords(set))),
+        uvs: used.uv_sets.map(|set| attribute(Semantic::TexCoords(set))),
+        uv_sets: used.uv_sets,
         colors: attribute(Semantic::Colors(0)),
         targets: targets
-            .map(|(target, weight)| Target {
+            .map(|(i, (target, weight))| Target {
                 weight: weight.to_bits(),
                 positions: target.positions.map(|a| a.value()),
                 normals: target.normals.map(|a| a.value()),
                 tangents: target.tangents.map(|a| a.value()),
+                uvs: used.uv_sets.map(|set| more(i, &format!("TEXCOORD_{set}"))),
+                colors: more(i, "COLOR_0"),
             })
             .collect(),
-        skin: skin.map(|index| Skin { index, sets: skin::sets(primitive) }),
-        tangent_set,
+        skin: used.skin.map(|index| Skin { index, sets: skin::sets(primitive) }),
+        tangent_set: used.tangent_set,
     })
 }
 
@@ -155,15 +173,15 @@ impl<'a> Reader<'a> {
             let skinned = Skinned { points: &mut points, normals, tangents, triangles: &mut triangles };
             self.skin(skin, skinned, &used, vertices)?;
         }
-        let uvs = [
-            self.uvs(key.uvs[0], "TEXCOORD_0", &used, vertices)?,
-            self.uvs(key.uvs[1], "TEXCOORD_1", &used, vertices)?,
-        ];
-        let colors = self.colors(key.colors, &used, vertices)?;
+        let uvs = [self.uvs(key, 0, &used, vertices)?, self.uvs(key, 1, &used, vertices)?];
+        let colors = self.colors(key, &used, vertices)?;
 
-        self.drop_non_finite(&mut points, &mut triangles);
-        self.mend_normals(&mut normals, &points, &triangles);
-        self.mend_tangents(&mut tangents, &normals);
+        let dropped = mend::drop_non_finite(&mut points, &mut triangles);
+        self.tally.add(Counted::NonFiniteTriangles, dropped, self.pointer);
+        let replaced = mend::normals(&mut normals, &points, &triangles);
+        self.tally.add(Counted::BadNormals, replaced, self.pointer);
+        let replaced = mend::tangents(&mut tangents, &normals);
+        self.tally.add(Counted::BadTangents, replaced, self.pointer);
         let mut mesh =
             Mesh { name, positions: points, normals, tangents, uvs, colors, triangles, slots: Vec::new() };
         if let Some(set) = key.tangent_set
@@ -284,33 +302,40 @@ impl<'a> Reader<'a> {
         skin::apply(&mut skinned, &sets, joints, used, self.pointer, &mut self.tally)
     }
 
-    fn uvs(
-        &mut self,
-        index: Option<usize>,
-        name: &str,
-        used: &[u32],
-        vertices: usize,
-    ) -> Result<Vec<Vec2>, Problem> {
-        let Some(accessor) = self.optional(index, name, 2..=2, vertices)? else { return Ok(Vec::new()) };
+    fn uvs(&mut self, key: &Key, set: usize, used: &[u32], vertices: usize) -> Result<Vec<Vec2>, Problem> {
+        let name = format!("TEXCOORD_{}", key.uv_sets[set]);
+        let Some(accessor) = self.optional(key.uvs[set], &name, 2..=2, vertices)? else {
+            return Ok(Vec::new());
+        };
+        let mut uvs: Vec<Vec2> = used.iter().map(|&v| Vec2::from(accessor.floats(v as usize))).collect();
+        for target in &key.targets {
+            let weight = f32::from_bits(target.weight);
+            let name = format!("{name} (morph target)");
+            if let Some(deltas) = self.optional(target.uvs[set], &name, 2..=2, vertices)? {
+                uvs.iter_mut()
+                    .zip(used)
+                    .for_each(|(uv, &v)| *uv += weight * Vec2::from(deltas.floats(v as usize)));
+            }
+        }
         let mut broken = 0;
-        let finite = |uv: Vec2| {
+        let mut finite = |uv: Vec2| {
             let whole = uv.is_finite();
             broken += usize::from(!whole);
             if whole { uv } else { Vec2::ZERO }
         };
-        let uvs = used.iter().map(|&v| Vec2::from(accessor.floats(v as usize))).map(finite).collect();
+        uvs.iter_mut().for_each(|uv| *uv = finite(*uv));
         self.tally.add(Counted::NonFiniteUvs, broken, self.pointer);
         Ok(uvs)
     }
 
     /// COLOR_0, whose integers are always normalised and whose values lie in 0 to 1.
-    fn colors(&mut self, index: Option<usize>, used: &[u32], vertices: usize) -> Result<Vec<Vec4>, Problem> {
-        let Some(mut accessor) = self.optional(index, "COLOR_0", 3..=4, vertices)? else {
+    fn colors(&mut self, key: &Key, used: &[u32], vertices: usize) -> Result<Vec<Vec4>, Problem> {
+        let Some(mut accessor) = self.optional(key.colors, "COLOR_0", 3..=4, vertices)? else {
             return Ok(Vec::new());
         };
         accessor.normalized = true;
         let mut broken = 0;
-        let within = |color: Vec4| {
+        let mut within = |color: Vec4| {
             // A comparison that is false for NaN too.
             let whole = color.cmpge(Vec4::ZERO).all() && color.cmple(Vec4::ONE).all();
             broken += usize::from(!whole);
@@ -322,61 +347,17 @@ impl<'a> Reader<'a> {
             let color = Vec4::from(accessor.floats(v as usize));
             if opaque { color.with_w(1.0) } else { color }
         };
-        let colors = used.iter().map(read).map(within).collect();
+        let mut colors: Vec<Vec4> = used.iter().map(read).collect();
+        for target in &key.targets {
+            let weight = f32::from_bits(target.weight);
+            if let Some(deltas) = self.optional(target.colors, "COLOR_0 (morph target)", 3..=4, vertices)? {
+                let delta = |v: u32| Vec4::from(deltas.floats(v as usize));
+                colors.iter_mut().zip(used).for_each(|(color, &v)| *color += weight * delta(v));
+            }
+        }
+        colors.iter_mut().for_each(|color| *color = within(*color));
         self.tally.add(Counted::BadColors, broken, self.pointer);
         Ok(colors)
-    }
-
-    /// Leaves out triangles with a corner that is not finite. Such positions are then unused, and are moved onto
-    /// another vertex so that bounds over all positions stay right.
-    fn drop_non_finite(&mut self, points: &mut [Vec3], triangles: &mut Vec<[u32; 3]>) {
-        let before = triangles.len();
-        triangles.retain(|t| t.iter().all(|&v| points.get(v as usize).is_some_and(|p| p.is_finite())));
-        self.tally.add(Counted::NonFiniteTriangles, before - triangles.len(), self.pointer);
-        let anywhere = points.iter().copied().find(|p| p.is_finite()).unwrap_or(Vec3::ZERO);
-        points.iter_mut().filter(|p| !p.is_finite()).for_each(|p| *p = anywhere);
-    }
-
-    /// Makes normals unit vectors; those that cannot be are replaced by the area-weighted mean of the triangles around.
-    fn mend_normals(&mut self, normals: &mut [Vec3], points: &[Vec3], triangles: &[[u32; 3]]) {
-        let mut broken = Vec::new();
-        for (v, normal) in normals.iter_mut().enumerate() {
-            match unit(*normal) {
-                Some(unit) => *normal = unit,
-                None => broken.push(v),
-            }
-        }
-        if broken.is_empty() {
-            return;
-        }
-        self.tally.add(Counted::BadNormals, broken.len(), self.pointer);
-        let mut sums = vec![Vec3::ZERO; points.len()];
-        for triangle in triangles {
-            let corner = |i: usize| points.get(triangle[i] as usize).copied().unwrap_or_default();
-            let area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-            for &v in triangle {
-                if let Some(sum) = sums.get_mut(v as usize) {
-                    *sum += area;
-                }
-            }
-        }
-        for v in broken {
-            normals[v] = unit(sums[v]).unwrap_or(Vec3::Z);
-        }
-    }
-
-    /// Makes tangents unit vectors with w = ±1; those that cannot be point anywhere across the normal.
-    fn mend_tangents(&mut self, tangents: &mut [Vec4], normals: &[Vec3]) {
-        let mut broken = 0;
-        for (tangent, normal) in tangents.iter_mut().zip(normals) {
-            let w = if tangent.w < 0.0 { -1.0 } else { 1.0 };
-            let direction = unit(tangent.truncate()).unwrap_or_else(|| {
-                broken += 1;
-                normal.any_orthonormal_vector()
-            });
-            *tangent = direction.extend(w);
-        }
-        self.tally.add(Counted::BadTangents, broken, self.pointer);
     }
 }
 
@@ -405,11 +386,4 @@ fn compact(triangles: &mut [[u32; 3]], vertices: usize) -> Vec<u32> {
         *v = place.get(v).copied().unwrap_or(0);
     }
     used
-}
-
-/// `v` at unit length, whatever finite length it has.
-fn unit(v: Vec3) -> Option<Vec3> {
-    // Scaled first: the square of a tiny or huge length leaves the range of f32.
-    let largest = v.abs().max_element();
-    (largest > 0.0 && largest.is_finite()).then(|| v / largest).and_then(Vec3::try_normalize)
 }

@@ -7,11 +7,12 @@
 //! | `check` | every index, and the hierarchy of nodes |
 //! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
 //! | `nodes` | the scene flattened |
-//! | `textures`, `material`, `layers` | images and what uses them |
+//! | `textures`, `material`, `layers`, `texcoords` | images and what uses them |
 //! | `meshopt`, `draco` | compressed geometry made plain |
-//! | `mesh`, `topology`, `skin` | primitives to triangles, in the pose of their joints |
+//! | `mesh`, `topology`, `skin`, `mend` | primitives to triangles, in the pose of their joints |
 //! | `animation`, `curve`, `pointer` | the document at one time of an animation |
 //! | `instancing` | a mesh placed many times |
+//! | `variants` | other materials under a name |
 //! | `punctual`, `ibl` | cameras and lights |
 //! | `report` | errors, warnings and counts |
 //!
@@ -34,6 +35,7 @@ mod info;
 mod instancing;
 mod layers;
 mod material;
+mod mend;
 mod mesh;
 mod meshopt;
 mod nodes;
@@ -43,9 +45,11 @@ mod report;
 mod skin;
 #[cfg(test)]
 mod tests;
+mod texcoords;
 mod textures;
 mod topology;
 mod uri;
+mod variants;
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -62,6 +66,7 @@ use self::{
     accessor::Source,
     buffers::Buffers,
     document::Document,
+    material::Converted,
     nodes::Placed,
     report::{Counted, Problem, Report, choose},
     skin::Joints,
@@ -73,7 +78,7 @@ use crate::{
     import::info::Info,
     input,
     scene::Selection,
-    world::{Instance, Material, MaterialId, MeshId, Model, Surface},
+    world::{Instance, Material, MeshId, Model, Surface},
 };
 
 /// Bytes of a .glb or .gltf file (a GLB cannot be longer).
@@ -167,22 +172,23 @@ fn build(
             Err(problem) => report.error(problem),
         }
     }
+    let variant = variants::chosen(&document, selection.variant.as_deref(), report);
     report.checkpoint()?;
 
     let source = Source { document: &document, buffers };
     let globals = nodes::globals(&document);
     let placed = nodes::flatten(&document, &globals, report);
-    let shapes = shapes(&source, &placed, report)?;
+    let shapes = shapes(&source, &placed, variant, report)?;
     let skins = skin::joints(&source, &shapes.iter().filter_map(|s| s.skin).collect(), &globals, report);
-    let (materials, ids, textures) = materials(&source, &shapes, folder, report)?;
+    let (converted, textures) = materials(&source, &shapes, folder, report)?;
     let mut model = Model {
-        materials,
         images: textures.images,
         textures: textures.textures,
         sources: files(&document, folder),
         ..Model::default()
     };
-    meshes(&source, &placed, &shapes, &skins, &ids, &mut model, report)?;
+    meshes(&source, &placed, &shapes, &skins, &converted, &mut model, report)?;
+    model.materials = converted.materials;
     cameras_and_lights(&source, &placed, &mut model, report);
     let scene = nodes::shown_scene(&document);
     model.environment = ibl::environment(&source, scene, folder, &mut model.images, report);
@@ -210,7 +216,12 @@ struct Shape {
 }
 
 /// Every primitive that is shown, with those that are not counted.
-fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec<Shape>> {
+fn shapes(
+    source: &Source,
+    placed: &[Placed],
+    variant: Option<usize>,
+    report: &mut Report,
+) -> Option<Vec<Shape>> {
     let mut shapes = Vec::new();
     let mut met = BTreeSet::new();
     let mut instances = 0usize;
@@ -223,7 +234,7 @@ fn shapes(source: &Source, placed: &[Placed], report: &mut Report) -> Option<Vec
         let primitives = source.document.meshes.get(mesh).map_or(&[][..], |m| &m.primitives);
         for (i, primitive) in primitives.iter().enumerate() {
             let Checked::Valid(mode) = primitive.mode else { continue };
-            let material = primitive.material.map(|m| m.value());
+            let material = variants::material(primitive, variant);
             let skin = json.skin.map(|s| s.value()).filter(|_| !skin::sets(primitive).is_empty());
             let places = if skin.is_some() { unmoved.clone() } else { places.clone() };
             if places.is_empty() {
@@ -274,17 +285,20 @@ fn places(source: &Source, node: &Placed, json: &json::Node, report: &mut Report
     places.into()
 }
 
-type Materials = (Vec<Material>, BTreeMap<Option<usize>, MaterialId>, Textures);
-
-fn materials(source: &Source, shapes: &[Shape], folder: &Path, report: &mut Report) -> Option<Materials> {
+fn materials(
+    source: &Source,
+    shapes: &[Shape],
+    folder: &Path,
+    report: &mut Report,
+) -> Option<(Converted, Textures)> {
     let document = source.document;
     let used: BTreeSet<Option<usize>> = shapes.iter().map(|s| s.material).collect();
     let jsons = used.iter().flatten().filter_map(|&i| document.materials.get(i));
     let needed = jsons.flat_map(material::slots).filter(|(name, _)| material::is_used(name));
     let needed: BTreeSet<usize> = needed.map(|(_, texture)| texture).collect();
     let mut textures = Textures::load(source, &needed, folder, report);
-    let (materials, ids) = material::convert_all(document, used, &mut textures, report);
-    report.checkpoint().map(|()| (materials, ids, textures))
+    let converted = material::convert_all(document, used, &mut textures, report);
+    report.checkpoint().map(|()| (converted, textures))
 }
 
 /// Builds each distinct mesh once, in parallel, and places the instances of those that have triangles.
@@ -293,7 +307,7 @@ fn meshes(
     placed: &[Placed],
     shapes: &[Shape],
     skins: &BTreeMap<usize, Joints>,
-    ids: &BTreeMap<Option<usize>, MaterialId>,
+    converted: &Converted,
     model: &mut Model,
     report: &mut Report,
 ) -> Option<()> {
@@ -305,12 +319,19 @@ fn meshes(
         let Some(json_node) = source.document.nodes.get(node.node) else { continue };
         let Some(json_mesh) = source.document.meshes.get(shape.mesh) else { continue };
         let Some(primitive) = json_mesh.primitives.get(shape.primitive) else { continue };
-        let Some(&material) = ids.get(&shape.material) else { continue };
+        let Some(&material) = converted.ids.get(&shape.material) else { continue };
         let pointer = format!("/meshes/{}/primitives/{}", shape.mesh, shape.primitive);
         let weights = json_node.weights.as_ref().or(json_mesh.weights.as_ref()).map_or(&[][..], |w| w);
-        let used = model.materials.get(material.index());
-        let tangent_set = used.and_then(tangent_set);
-        let key = match mesh::key(primitive, shape.topology, weights, shape.skin, tangent_set, &pointer) {
+        let used = converted.materials.get(material.index());
+        let uv_slots = converted.uv_slots.get(material.index()).copied().unwrap_or_default();
+        let key = mesh::Use {
+            weights,
+            morphs: source.document.morphs.get(&(shape.mesh, shape.primitive)).map_or(&[], |morphs| morphs),
+            skin: shape.skin,
+            uv_sets: uv_slots.sets(),
+            tangent_set: used.and_then(tangent_set),
+        };
+        let key = match mesh::key(primitive, shape.topology, &key, &pointer) {
             Ok(key) => key,
             Err(problem) => {
                 report.error(problem);

@@ -37,8 +37,6 @@ use crate::{
 pub const NO_SOURCE: usize = u32::MAX as usize;
 /// Texels of all images of a file together, in bytes.
 const MAX_TOTAL_BYTES: u64 = 8 << 30;
-/// UV sets that a mesh of ours can have.
-const UV_SETS: u32 = 2;
 
 /// Extensions by which a texture has an image of another format than PNG or JPEG.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
@@ -59,7 +57,8 @@ pub fn source(texture: &json::Texture) -> Option<usize> {
 /// A texture as a slot of a material names it.
 pub struct Slot<'a> {
     pub texture: usize,
-    pub tex_coord: u32,
+    /// Of the mesh, not of the file.
+    pub uv_set: u8,
     pub transform: Option<&'a TextureTransform>,
     pub pointer: String,
 }
@@ -124,13 +123,6 @@ impl Textures {
             return None;
         };
         let image = *self.by_image.get(&image)?;
-        let uv_set = slot.transform.and_then(|t| t.tex_coord).unwrap_or(slot.tex_coord);
-        if uv_set >= UV_SETS {
-            let message =
-                format!("uses TEXCOORD_{uv_set}, but only 0 and 1 are read; the texture is left out");
-            report.warn(Problem::new(&slot.pointer, message));
-            return None;
-        }
         let sampler = json.sampler.and_then(|s| document.samplers.get(s.value()));
         let wrap = |mode: Option<Checked<WrappingMode>>| match mode {
             Some(Checked::Valid(WrappingMode::ClampToEdge)) => Wrap::ClampToEdge,
@@ -161,7 +153,7 @@ impl Textures {
             ));
             return None;
         }
-        Some(TextureRef { texture: id, uv_set: uv_set as u8, transform })
+        Some(TextureRef { texture: id, uv_set: slot.uv_set, transform })
     }
 }
 

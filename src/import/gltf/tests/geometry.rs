@@ -1,6 +1,6 @@
 //! Primitives to triangles: topologies, what is broken in them, attributes, morph targets.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 
 use super::*;
@@ -160,4 +160,27 @@ fn default_morph_weights_apply() {
     push(&mut file["nodes"], json!({ "mesh": 0 }));
     file["scenes"][0]["nodes"] = json!([0, 1]);
     assert_eq!(model(&file).meshes.len(), 2);
+}
+
+#[test]
+fn morph_targets_change_uvs_and_colours() {
+    let mut file = with_attribute("TEXCOORD_0", "VEC2", &[0.25; 8]);
+    let data = json!({ "byteLength": 48, "uri": data_uri(&floats(&[0.5; 12])) });
+    push(&mut file["buffers"], data);
+    push(&mut file["bufferViews"], json!({ "buffer": 3, "byteLength": 48 }));
+    for shape in ["VEC2", "VEC3"] {
+        let accessor = json!({ "bufferView": 3, "componentType": F32, "type": shape, "count": 4 });
+        push(&mut file["accessors"], accessor);
+    }
+    let primitive = &mut file["meshes"][0]["primitives"][0];
+    primitive["attributes"]["COLOR_0"] = json!(4);
+    primitive["targets"] = json!([{ "COLOR_0": 4 }, { "TEXCOORD_0": 3, "COLOR_0": 4 }]);
+    for (weights, uv, color) in [([0., 0.], 0.25, 0.5), ([0.5, 0.], 0.25, 0.75), ([0., 2.], 1.25, 1.0)] {
+        file["meshes"][0]["weights"] = json!(weights);
+        let model = import(&file).expect("is right");
+        let mesh = &model.meshes[0];
+        assert_eq!((mesh.uvs[0][3], mesh.colors[3].x, mesh.colors[3].w), (Vec2::splat(uv), color, 1.0));
+    }
+    file["meshes"][0]["primitives"][0]["targets"][1]["TEXCOORD_0"] = json!(9);
+    refused(&file, "/meshes/0/primitives/0/targets/1/TEXCOORD_0", "refers to accessor 9");
 }

@@ -172,7 +172,7 @@ fn pointers_change_materials_lights_cameras_and_visibility() {
         &[1., 0.],
     );
     let shown = |seconds| {
-        let selection = Selection { animation: Some("1".into()), at: Some(seconds), scene: None };
+        let selection = Selection { animation: Some("1".into()), at: Some(seconds), ..Selection::default() };
         import_selected(&file, &selection).expect("is read").instances.len()
     };
     assert_eq!((shown(0.5), shown(1.0)), (1, 0));
@@ -251,7 +251,8 @@ fn animations_are_called_by_name_or_number() {
         animate(&mut file, node("translation"), "STEP", &[0.], "VEC3", &[x, 0., 0.]);
     }
     let x = |name: Option<&str>| {
-        let selection = Selection { animation: name.map(str::to_owned), at: Some(0.0), scene: None };
+        let selection =
+            Selection { animation: name.map(str::to_owned), at: Some(0.0), ..Selection::default() };
         import_selected(&file, &selection)
             .map(|model| (model.instances[0].to_world.translation.x, model.warnings.len()))
     };
@@ -260,6 +261,41 @@ fn animations_are_called_by_name_or_number() {
     assert_eq!(x(None).expect("is there"), (1.0, 1));
     let error = x(Some("clup 1")).expect_err("is not there");
     assert!(error[0].help.as_deref().is_some_and(|help| help.contains("clip 1")), "{error:#?}");
+}
+
+/// Where a mapping names the variant its material stands in for the primitive's own; elsewhere that stays.
+#[test]
+fn variants_exchange_materials() {
+    let mut file = square();
+    file["materials"] = json!([{ "name": "plain" }, { "name": "red" }, { "name": "blue" }]);
+    file["extensions"] = json!({ "KHR_materials_variants": {
+        "variants": [{ "name": "ruby" }, { "name": "rouge" }, { "name": "sky" }, { "name": "none" }],
+    } });
+    file["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants": {
+        "mappings": [{ "material": 1, "variants": [0, 1] }, { "material": 2, "variants": [2] }],
+    } });
+    let material = |variant: Option<&str>| {
+        let selection = Selection { variant: variant.map(str::to_owned), ..Selection::default() };
+        import_selected(&file, &selection)
+            .map(|model| model.materials[model.instances[0].materials[0].index()].name.clone())
+    };
+    let cases = [
+        (None, "plain"),
+        (Some("ruby"), "red"),
+        (Some("1"), "red"),
+        (Some("sky"), "blue"),
+        (Some("none"), "plain"),
+    ];
+    for (variant, expected) in cases {
+        assert_eq!(material(variant).expect("is there"), expected, "{variant:?}");
+    }
+    let error = material(Some("rubi")).expect_err("is not there");
+    assert!(error[0].help.as_deref().is_some_and(|help| help.contains("ruby")), "{error:#?}");
+    file["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"][1]["material"] =
+        json!(3);
+    let error = &import_selected(&file, &Selection::default()).expect_err("refers to nothing")[0];
+    assert!(format!("{:?}", error.place).contains("mappings/1/material"), "{error:?}");
 }
 
 #[test]

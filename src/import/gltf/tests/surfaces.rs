@@ -194,8 +194,16 @@ fn texture_coordinates_that_are_missing_or_too_many() {
     let slot =
         |set: u32| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "texCoord": set } } });
     warned(&textured(slot(1), &[png([0; 4])]), "not the texture coordinates");
-    let model = warned(&textured(slot(2), &[png([0; 4])]), "only 0 and 1 are read");
-    assert!(pbr(&model.materials[0]).base_color.texture.is_none());
+    let mut file = textured(slot(7), &[png([0; 4])]);
+    file["meshes"][0]["primitives"][0]["attributes"] = json!({ "POSITION": 0, "TEXCOORD_7": 2 });
+    let seventh = model(&file);
+    let texture = pbr(&seventh.materials[0]).base_color.texture.expect("is read");
+    assert_eq!(seventh.meshes[0].uvs[usize::from(texture.uv_set)].len(), 4);
+    file["materials"][0]["normalTexture"] = json!({ "index": 0, "texCoord": 1 });
+    file["materials"][0]["emissiveTexture"] = json!({ "index": 0, "texCoord": 2 });
+    file["materials"][0]["emissiveFactor"] = json!([1, 1, 1]);
+    let model = warned(&file, "the third set of this material");
+    assert!(model.materials[0].normal.is_none());
 }
 
 /// u grows along +X and the image's up is +Y: tangent +X, and cross(N, T) = +Y makes the handedness +1.
