@@ -132,7 +132,13 @@ fn libraries_are_found_however_they_are_named() {
 fn a_vertex_that_is_no_number_costs_its_faces_alone() {
     let model = ok(&format!("{SQUARE}v nan 0 0\nf 1 2 3\nf 1 2 5"));
     assert_eq!(model.meshes[0].triangles.len(), 1);
-    assert!(model.warnings[0].message.contains("not a number: 1"));
+    let said = |i: usize| (&model.warnings[i].place, model.warnings[i].message.as_str());
+    assert!(
+        matches!(said(0), (Place::Line(5), said) if said.contains("the first is `nan 0 0`")),
+        "{:?}",
+        said(0)
+    );
+    assert!(matches!(said(1), (Place::File, said) if said.contains("not a number: 1")), "{:?}", said(1));
     assert!(message(format!("{SQUARE}v nan 0 0\nf 1 2 5").as_bytes()).contains("finite"));
 }
 

@@ -6,7 +6,10 @@
 use std::borrow::Cow;
 
 /// How far into a file a zero byte is looked for: no text holds one.
-const BINARY_PROBE: usize = 4096;
+pub(super) const PROBE: usize = 4096;
+pub(super) const BINARY: &str = "it is a binary file, not text";
+/// The byte order mark.
+pub(super) const UTF8_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
 /// The text of a file, or why it is none.
 pub(super) fn decode(bytes: Vec<u8>) -> Result<String, &'static str> {
@@ -24,11 +27,29 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, &'static str>
 }
 
 fn single_bytes(bytes: Vec<u8>) -> Result<String, &'static str> {
-    if bytes.iter().take(BINARY_PROBE).any(|&b| b == 0) {
-        return Err("it is a binary file, not text");
+    if is_binary(&bytes) {
+        return Err(BINARY);
     }
-    // Latin-1 is the first 256 characters of Unicode.
-    Ok(String::from_utf8(bytes).unwrap_or_else(|e| e.into_bytes().iter().map(|&b| char::from(b)).collect()))
+    Ok(String::from_utf8(bytes).unwrap_or_else(|e| latin1(e.as_bytes())))
+}
+
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    bytes.iter().take(PROBE).any(|&b| b == 0)
+}
+
+/// A name in UTF-8 or Latin-1.
+pub(super) fn name(bytes: &[u8]) -> String {
+    std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
+}
+
+/// Latin-1 is the first 256 characters of Unicode.
+fn latin1(bytes: &[u8]) -> String {
+    bytes.iter().map(|&b| char::from(b)).collect()
+}
+
+pub(super) fn shorten_bytes(word: &[u8]) -> String {
+    // A character takes four bytes at most.
+    shorten(&name(word.get(..200).unwrap_or(word)))
 }
 
 /// One statement: where it begins (lines count from 1), its keyword, and the rest without outer spaces.
