@@ -168,28 +168,29 @@ impl Gathering {
             let Some((these, rest)) = corners.split_at_checked(face.corners as usize) else { break };
             corners = rest;
             resolved.clear();
-            let mut wrong = None;
+            let (mut wrong, mut lost) = (false, None);
             for corner in these {
                 let mut absolute = [NONE; 3];
                 for (kind, (slot, index)) in absolute.iter_mut().zip(corner).enumerate() {
                     match index.resolve(before[kind]) {
                         Some(index) => *slot = index,
-                        None => wrong = wrong.or(Some(kind)),
+                        None if kind == 0 => wrong = true,
+                        None => lost = Some(kind),
                     }
                 }
                 resolved.push(absolute);
             }
             let line = self.lines + face.line as usize;
-            match wrong {
-                Some(kind) => {
-                    let kind = KINDS[kind];
-                    self.error(line, format!("an index counts back to before the first {kind}"));
-                }
-                None if self.waiting.steps.is_empty() && exist(&resolved, &after) => self.face(&resolved),
-                None => {
-                    self.waiting.corners.extend_from_slice(&resolved);
-                    self.waiting.steps.push(Step::Face { corners: resolved.len(), line });
-                }
+            if let Some(kind) = lost {
+                self.note_lost(kind, line);
+            }
+            if wrong {
+                self.error(line, "an index counts back to before the first vertex".into());
+            } else if self.waiting.steps.is_empty() && exist(&resolved, &after) {
+                self.face(&resolved);
+            } else {
+                self.waiting.corners.extend_from_slice(&resolved);
+                self.waiting.steps.push(Step::Face { corners: resolved.len(), line });
             }
         }
         self.resolved = resolved;
@@ -220,9 +221,20 @@ impl Gathering {
 
     fn note(&mut self, note: Note) {
         match self.notes.iter_mut().find(|known| known.what == note.what) {
-            Some(known) => known.count += note.count,
+            Some(known) => {
+                known.count += note.count;
+                if note.first_line < known.first_line {
+                    (known.first_line, known.example) = (note.first_line, note.example);
+                }
+            }
             None => self.notes.push(note),
         }
+    }
+
+    /// A face that refers to a texture coordinate or normal that is not there is one without.
+    fn note_lost(&mut self, kind: usize, line: usize) {
+        let what = "references to texture coordinates and normals that do not exist";
+        self.note(Note { what, first_line: line, count: 1, example: format!("a {}", KINDS[kind]) });
     }
 
     fn step(&mut self, set: Set, line: usize) {
@@ -385,14 +397,22 @@ impl Gathering {
                 Step::Face { corners: count, line } => {
                     let Some((these, rest)) = corners.split_at_checked(count) else { break };
                     corners = rest;
-                    match missing(these, &all) {
-                        None => self.face(these),
-                        Some((kind, index)) => {
-                            let (kind, count) = (KINDS[kind], all[kind]);
-                            let index = u64::from(index) + 1;
-                            self.error(line, format!("{kind} {index} does not exist: the file has {count}"));
+                    let [count, ..] = all;
+                    if let Some([index, ..]) = these.iter().find(|[v, ..]| *v >= count) {
+                        let index = u64::from(*index) + 1;
+                        self.error(line, format!("vertex {index} does not exist: the file has {count}"));
+                        continue;
+                    }
+                    let mut there = these.to_vec();
+                    for kind in 1..3 {
+                        let wrong = |index: &u32| *index >= all[kind] && *index != NONE;
+                        let lost =
+                            there.iter_mut().map(|corner| &mut corner[kind]).filter(|index| wrong(index));
+                        if lost.map(|index| *index = NONE).count() > 0 {
+                            self.note_lost(kind, line);
                         }
                     }
+                    self.face(&there);
                 }
             }
         }
@@ -457,16 +477,6 @@ fn exist(corners: &[Resolved], counts: &[u32; 3]) -> bool {
     corners
         .iter()
         .all(|corner| corner.iter().zip(counts).all(|(&index, &count)| index < count || index == NONE))
-}
-
-/// The kind and index of something that does not exist.
-fn missing(corners: &[Resolved], counts: &[u32; 3]) -> Option<(usize, u32)> {
-    corners.iter().find_map(|corner| {
-        let wrong = |(kind, (&index, &count)): (usize, (&u32, &u32))| {
-            (index >= count && index != NONE).then_some((kind, index))
-        };
-        corner.iter().zip(counts).enumerate().find_map(wrong)
-    })
 }
 
 impl Object {

@@ -1,45 +1,34 @@
 //! What the numbers of an MTL material mean for a path tracer.
 //!
 //! MTL describes the Phong shading of 1990, so there is no one right reading; the yardstick is Blender 5.0's importer,
-//! tried key by key. Where the two columns differ, the reason stands beside.
-//!
-//! | MTL | here | Blender |
-//! |---|---|---|
-//! | `Kd`, `map_Kd` | base colour; the map alone where there is one | the same |
-//! | `Ns` | roughness = 1 − √(Ns / 1000); without it 0 under `illum 2`, else 1 | the same |
-//! | `Ks` | its mean is the specular level L; without it 1 under `illum 2`, else 0 | the same |
-//! | `Ni` | ior, 1.5 by default; L scales F₀ by 2L, so the ior changes with it | the same |
-//! | `illum` 0, 1 | Lambert | Ks counts here too, against the format |
-//! | `illum` 3 to 8 | metallic = mean of `Ka`, or 1 | the same |
-//! | `illum` 4, 6, 7, 9 and not opaque | glass of `Ni` and `Tf` | mixed with metal; `Tf` under any `illum`, which would make glass of most of Maya's files |
-//! | `d`, `map_d` | coverage; the map's A, or R where it has no A | always A |
-//! | `Tr` | 1 − d | not read |
-//! | `Ke`, `map_Ke` | radiance, from both sides | the map times the greatest of Ke |
-//! | `Pr`, `Pm`, their maps | roughness, metallic; L = ½ without `Ks` | L = 0 |
-//! | `norm` | normal map | not read |
-//! | `bump` | normal map where the image holds unit vectors; heights are passed over | always a normal map |
-//! | no material | Lambert, 0.8 | the same |
+//! tried key by key. docs/obj.md has the tables: what each key and each `illum` becomes, and where and why Blender
+//! differs.
 
-use std::path::Path;
+use std::{f32::consts::TAU, path::Path};
 
 use glam::Vec3;
 
 use super::{
     mtl::{Map, Mtl},
-    textures::{Textures, has_alpha, holds_normals},
+    textures::{Textures, has_alpha},
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
     world::{
-        Alpha, ColorInput, ColorSpace, Emission, Fresnel, Material, NormalMap, Pbr, ScalarInput, Surface,
-        TextureRef,
+        Alpha, Anisotropy, Clearcoat, ColorInput, ColorSpace, Emission, Fresnel, Layered, Material,
+        NormalMap, Pbr, ScalarInput, Sheen, SpecularLevel, Surface, TextureRef, Volume,
     },
 };
 
 const GREY: Vec3 = Vec3::splat(0.8);
 const IOR: f32 = 1.5;
-/// Wavefront's range of `Ni` ends here.
-const MAX_IOR: f32 = 10.0;
+/// Disney's clearcoat, which `Pc` is, has a quarter of the strength of a full one (Burley 2012, *Physically-Based Shading
+/// at Disney*, 5.6); Blender writes and reads it so.
+const COAT: f32 = 0.25;
+/// Of Blender's principled material, where `Pcr` is not said.
+const COAT_ROUGHNESS: f32 = 0.03;
+/// MTL has no roughness of the sheen; this is Blender's.
+const SHEEN_ROUGHNESS: f32 = 0.5;
 const MAX_EXPONENT: f32 = 1000.0;
 
 /// For faces without a material. Vertex colours show on it alone: a material says itself what it looks like.
@@ -56,26 +45,13 @@ pub(super) struct Converter<'a> {
 impl Converter<'_> {
     /// `library` is the file that `mtl` stands in.
     pub fn material(&mut self, mtl: &Mtl, library: &Path) -> Material {
-        let maps = &mtl.maps;
-        let diffuse_map = self.color_map(&maps.diffuse, library);
-        let base_color = match diffuse_map {
-            Some(texture) => ColorInput { factor: Vec3::ONE, texture: Some(texture) },
-            None => ColorInput::constant(self.reflectance(mtl, library)),
-        };
-        let roughness =
-            self.scalar(roughness(mtl), maps.roughness.as_ref().or(maps.exponent.as_ref()), library);
-        let metallic = self.scalar(metallic(mtl), maps.metallic.as_ref(), library);
+        if mtl.illum == Some(10) {
+            let message =
+                format!("`{}`: illum 10 is for invisible catchers of shadows: it is seen here", mtl.name);
+            self.warn(library, mtl.line, message);
+        }
         let glass = glass_ior(mtl);
-        let surface = if let Some(ior) = glass {
-            let tint = ColorInput::constant(glass_tint(mtl));
-            // Ns is for the highlights of lamps: traced glass is clear unless it says otherwise.
-            let roughness = ScalarInput::constant(mtl.roughness.unwrap_or(0.0).clamp(0.0, 1.0));
-            Surface::Dielectric { ior, fresnel: Fresnel::Exact, roughness, tint }
-        } else if is_lambert(mtl) {
-            Surface::Diffuse { color: base_color }
-        } else {
-            Surface::Pbr(Pbr { base_color, metallic, roughness, ior: effective_ior(mtl), multiscatter: true })
-        };
+        let surface = self.surface(mtl, glass, library);
         let mut material = Material::new(&mtl.name, surface);
         material.emission = self.emission(mtl, library);
         material.normal = self.normal(mtl, library);
@@ -86,27 +62,89 @@ impl Converter<'_> {
         material
     }
 
-    /// Kd within what a surface can reflect.
-    fn reflectance(&mut self, mtl: &Mtl, library: &Path) -> Vec3 {
-        let Some(given) = mtl.diffuse.map(Vec3::from) else { return GREY };
-        let color = given.clamp(Vec3::ZERO, Vec3::ONE);
-        if color != given {
-            let message = format!("`{}`: a Kd outside 0 to 1 is no reflectance; it was clamped", mtl.name);
-            self.warn(library, mtl.line, message);
+    fn surface(&mut self, mtl: &Mtl, glass: Option<f32>, library: &Path) -> Surface {
+        let maps = &mtl.maps;
+        let base_color = match self.color_map(&maps.diffuse, library) {
+            Some(texture) => ColorInput { factor: Vec3::ONE, texture: Some(texture) },
+            None => ColorInput::constant(mtl.diffuse.map_or(GREY, Vec3::from)),
+        };
+        if is_lambert(mtl) && glass.is_none() {
+            return Surface::Diffuse { color: base_color };
         }
-        color
+        let roughness =
+            self.scalar(roughness(mtl), maps.roughness.as_ref().or(maps.exponent.as_ref()), library);
+        let metallic = self.scalar(metallic(mtl), maps.metallic.as_ref(), library);
+        let ior = effective_ior(mtl, specular_level(mtl));
+        let mut layered = Layered::new(Pbr { base_color, metallic, roughness, ior, multiscatter: true });
+        self.add_layers(&mut layered, mtl, library);
+        match glass {
+            Some(ior) => {
+                let tint = match glass_tint(mtl) {
+                    Some(tint) => ColorInput::constant(tint),
+                    None if base_color.texture.is_some() => base_color,
+                    None => ColorInput::constant(Vec3::ONE),
+                };
+                // Ns is for the highlights of lamps: traced glass is clear unless it says otherwise.
+                let roughness = self.scalar(mtl.roughness.unwrap_or(0.0), maps.roughness.as_ref(), library);
+                if layered.is_plain() {
+                    return Surface::Dielectric { ior, fresnel: Fresnel::Exact, roughness, tint };
+                }
+                let metallic = ScalarInput::constant(0.0);
+                layered.pbr = Pbr { base_color: tint, metallic, roughness, ior, ..layered.pbr };
+                transmit(&mut layered, 1.0);
+            }
+            // As Blender writes its transmission. Other programs write Tf 1 for what is opaque.
+            None if has_pbr(mtl) && mtl.filter.is_some_and(|tf| mean(tf) > 0.0) => {
+                transmit(&mut layered, mtl.filter.map_or(0.0, mean));
+            }
+            None => {}
+        }
+        if let Some(anisotropy) = mtl.anisotropy.filter(|&a| a > 0.0) {
+            stretch(&mut layered, anisotropy, mtl.anisotropy_rotation.unwrap_or(0.0));
+        }
+        if layered.is_plain() { Surface::Pbr(layered.pbr) } else { Surface::Layered(Box::new(layered)) }
+    }
+
+    /// The layers on top.
+    fn add_layers(&mut self, layered: &mut Layered, mtl: &Mtl, library: &Path) {
+        let maps = &mtl.maps;
+        if let Some(map) = &maps.specular
+            && let factor @ ScalarInput { texture: Some(_), .. } = self.scalar(1.0, Some(map), library)
+        {
+            // The map is the level, of twice the reflectance that the ior has.
+            layered.pbr.ior = effective_ior(mtl, 1.0);
+            layered.specular = Some(SpecularLevel { factor, color: ColorInput::constant(Vec3::ONE) });
+        }
+        let sheen = self.scalar(mtl.sheen.unwrap_or(0.0), maps.sheen.as_ref(), library);
+        if sheen != ScalarInput::constant(0.0) {
+            let texture = sheen.texture.map(|(texture, _)| texture);
+            layered.sheen = Some(Sheen {
+                color: ColorInput { factor: Vec3::splat(sheen.factor), texture },
+                roughness: ScalarInput::constant(SHEEN_ROUGHNESS),
+            });
+        }
+        let coat = self.scalar(mtl.clearcoat.unwrap_or(0.0) * COAT, maps.clearcoat.as_ref(), library);
+        if coat != ScalarInput::constant(0.0) {
+            let factor = if coat.texture.is_some() { COAT } else { coat.factor };
+            let roughness = mtl.clearcoat_roughness.unwrap_or(COAT_ROUGHNESS);
+            layered.clearcoat = Some(Clearcoat {
+                factor: ScalarInput { factor, ..coat },
+                roughness: self.scalar(roughness, maps.clearcoat_roughness.as_ref(), library),
+                normal: None,
+            });
+        }
     }
 
     fn emission(&mut self, mtl: &Mtl, library: &Path) -> Option<Emission> {
         let texture = self.color_map(&mtl.maps.emission, library);
-        let given = mtl.emission.map_or(Vec3::ZERO, |ke| Vec3::from(ke).max(Vec3::ZERO));
+        let given = mtl.emission.map_or(Vec3::ZERO, Vec3::from);
         let factor = if given == Vec3::ZERO && texture.is_some() { Vec3::ONE } else { given };
         let color = ColorInput { factor, texture };
         (factor != Vec3::ZERO).then_some(Emission { color, strength: 1.0, two_sided: true })
     }
 
     fn coverage(&mut self, mtl: &Mtl, library: &Path) -> ScalarInput {
-        let given = mtl.dissolve.unwrap_or(1.0).clamp(0.0, 1.0);
+        let given = mtl.dissolve.unwrap_or(1.0);
         let Some(map) = &mtl.maps.dissolve else {
             if given == 0.0 {
                 let message = format!("`{}` cannot be seen: its d is 0 (or its Tr is 1)", mtl.name);
@@ -128,13 +166,7 @@ impl Converter<'_> {
             return Some(NormalMap { texture, scale: map.strength });
         }
         let map = mtl.maps.bump.as_ref()?;
-        let texture = self.textures.get(map, ColorSpace::Linear, library)?;
-        if self.textures.image(texture).is_some_and(holds_normals) {
-            return Some(NormalMap { texture, scale: map.strength });
-        }
-        let message = format!("`{}`: the heights in `{}` are passed over", mtl.name, map.file);
-        self.warn(library, map.line, message);
-        None
+        Some(NormalMap { texture: self.textures.bump(map, library)?, scale: map.strength })
     }
 
     fn scalar(&mut self, factor: f32, map: Option<&Map>, library: &Path) -> ScalarInput {
@@ -144,7 +176,7 @@ impl Converter<'_> {
             Some((texture, channel)) => {
                 ScalarInput { factor: 1.0, texture: Some((texture, channel.unwrap_or(0))) }
             }
-            None => ScalarInput::constant(factor.clamp(0.0, 1.0)),
+            None => ScalarInput::constant(factor),
         }
     }
 
@@ -161,11 +193,31 @@ fn mean(color: [f32; 3]) -> f32 {
     color.iter().sum::<f32>() / 3.0
 }
 
+/// Lets this share of what is not reflected into the inside, which is clear.
+fn transmit(layered: &mut Layered, share: f32) {
+    layered.transmission = Some(ScalarInput::constant(share));
+    layered.volume = Some(Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY });
+}
+
+/// Stretches the highlight as Disney's material does (Burley 2012, 5.4), and Blender's: with the aspect √(1 − 0.9 a) of
+/// the ellipse, α is α / aspect along the tangent and α · aspect across. glTF's layer has the latter as its base, and
+/// α across + (1 − α across) s² along. Where a map varies the roughness, s is that of a roughness of ½.
+fn stretch(layered: &mut Layered, anisotropy: f32, turns: f32) {
+    let roughness = &mut layered.pbr.roughness;
+    let aspect = (1.0 - 0.9 * anisotropy).sqrt();
+    let alpha = if roughness.texture.is_some() { 0.25 } else { roughness.factor * roughness.factor };
+    let (along, across) = ((alpha / aspect).min(1.0), alpha * aspect);
+    roughness.factor *= aspect.sqrt();
+    let strength = ((along - across) / (1.0 - across).max(f32::EPSILON)).clamp(0.0, 1.0).sqrt();
+    layered.anisotropy = Some(Anisotropy { strength, rotation: TAU * turns.rem_euclid(1.0), texture: None });
+}
+
+/// Whether the PBR extension is used.
 fn has_pbr(mtl: &Mtl) -> bool {
-    mtl.roughness.is_some()
-        || mtl.metallic.is_some()
-        || mtl.maps.roughness.is_some()
-        || mtl.maps.metallic.is_some()
+    let Mtl { roughness, metallic, sheen, clearcoat, clearcoat_roughness, anisotropy, maps, .. } = mtl;
+    let values = [roughness, metallic, sheen, clearcoat, clearcoat_roughness, anisotropy];
+    let maps = [&maps.roughness, &maps.metallic, &maps.sheen, &maps.clearcoat, &maps.clearcoat_roughness];
+    values.iter().any(|value| value.is_some()) || maps.iter().any(|map| map.is_some())
 }
 
 fn roughness(mtl: &Mtl) -> f32 {
@@ -190,19 +242,20 @@ fn specular_level(mtl: &Mtl) -> f32 {
 }
 
 fn is_lambert(mtl: &Mtl) -> bool {
-    let no_highlight = matches!(mtl.illum, Some(0 | 1)) || specular_level(mtl) == 0.0;
+    let no_specular = specular_level(mtl) == 0.0 && mtl.maps.specular.is_none();
+    let no_highlight = matches!(mtl.illum, Some(0 | 1)) || no_specular;
     no_highlight && !has_pbr(mtl) && metallic(mtl) == 0.0
 }
 
-/// The ior whose reflectance at normal incidence, F₀ = ((n − 1) / (n + 1))², is 2L times that of `Ni`.
-fn effective_ior(mtl: &Mtl) -> f32 {
+/// The ior whose reflectance at normal incidence, F₀ = ((n − 1) / (n + 1))², is 2L times that of `Ni`, with L = `level`.
+fn effective_ior(mtl: &Mtl, level: f32) -> f32 {
     let n = ior(mtl);
-    let root = ((n - 1.0) / (n + 1.0) * (2.0 * specular_level(mtl)).sqrt()).min(0.99);
+    let root = ((n - 1.0) / (n + 1.0) * (2.0 * level).sqrt()).min(0.99);
     (1.0 + root) / (1.0 - root)
 }
 
 fn ior(mtl: &Mtl) -> f32 {
-    mtl.ior.unwrap_or(IOR).clamp(1.0, MAX_IOR)
+    mtl.ior.unwrap_or(IOR)
 }
 
 /// The ior of a material that is glass.
@@ -217,10 +270,10 @@ fn glass_ior(mtl: &Mtl) -> Option<f32> {
     Some(ior(mtl)).filter(|&n| glass && n > 1.0)
 }
 
-/// Tf, or Kd where that is not black (black is what exporters write for "no diffuse part").
-fn glass_tint(mtl: &Mtl) -> Vec3 {
-    let given = mtl.filter.or(mtl.diffuse.filter(|&kd| mean(kd) > 0.0));
-    given.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE)
+/// Tf, or Kd where that is not black (black is what exporters write for "no diffuse part") and no map stands for it.
+fn glass_tint(mtl: &Mtl) -> Option<Vec3> {
+    let diffuse = mtl.diffuse.filter(|&kd| mean(kd) > 0.0 && mtl.maps.diffuse.is_none());
+    mtl.filter.or(diffuse).map(Vec3::from)
 }
 
 #[cfg(test)]
@@ -286,14 +339,71 @@ mod tests {
         assert_eq!(plain("d 1").alpha, Alpha::Opaque);
     }
 
+    fn layered(text: &str) -> Layered {
+        match plain(text).surface {
+            Surface::Layered(layered) => *layered,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
     #[test]
-    fn values_no_surface_has_are_clamped_and_said() {
-        let (material, model) = convert("Kd 2 -1 .5\nKe -1 -1 -1", Path::new("nowhere"));
-        assert_eq!(
-            material.surface,
-            Surface::Diffuse { color: ColorInput::constant(Vec3::new(1.0, 0.0, 0.5)) }
-        );
-        assert_eq!((material.emission, model.warnings.len()), (None, 1));
+    fn the_pbr_extension_is_layers() {
+        let l = layered("Pr .4\nPs .3\nPc 2\nPcr .1");
+        assert_eq!((l.pbr.roughness.factor, l.pbr.ior), (0.4, 1.5));
+        assert_eq!(l.sheen.map(|s| (s.color.factor, s.roughness.factor)), Some((Vec3::splat(0.3), 0.5)));
+        let coat = l.clearcoat.map(|c| (c.factor.factor, c.roughness.factor));
+        assert_eq!(coat, Some((0.5, 0.1)), "Blender shows a coat weight of 0.5 for Pc 2");
+        assert_eq!(layered("Pc 4").clearcoat.map(|c| c.roughness.factor), Some(0.03));
+        assert!(matches!(plain("Pr .4\nPs 0\nPc 0\naniso 0\nTf 0 0 0").surface, Surface::Pbr(_)));
+    }
+
+    /// α along and across the tangent are those of Blender's principled material.
+    #[test]
+    fn the_highlight_is_stretched_as_in_blender() {
+        let l = layered("Pr .6\naniso .7\nanisor .25");
+        let Some(Anisotropy { strength, rotation, .. }) = l.anisotropy else { panic!("{l:?}") };
+        let across = l.pbr.roughness.factor.powi(2);
+        let along = across + (1.0 - across) * strength * strength;
+        let aspect = (1.0_f32 - 0.9 * 0.7).sqrt();
+        assert!((along - 0.36 / aspect).abs() < 1e-5 && (across - 0.36 * aspect).abs() < 1e-5);
+        assert!((rotation - TAU / 4.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn transmission_is_that_of_glass_or_of_blenders_files() {
+        let share = |text| layered(text).transmission.map(|t| t.factor);
+        assert_eq!(share("Pr 0\nTf .6 .6 .6"), Some(0.6));
+        assert!(matches!(plain("Tf 1 1 1\nillum 2").surface, Surface::Pbr(_)), "no PBR: opaque");
+        let coated = layered("illum 7\nTf .5 1 1\nPc 4\nNi 1.4");
+        assert_eq!((coated.transmission.map(|t| t.factor), coated.pbr.ior), (Some(1.0), 1.4));
+        assert_eq!(coated.pbr.base_color.factor, Vec3::new(0.5, 1.0, 1.0));
+        assert!(coated.volume.is_some(), "it is solid");
+    }
+
+    /// The table of docs/obj.md: what `illum` alone makes of a material.
+    #[test]
+    fn every_illumination_model_is_what_the_table_says() {
+        let page = include_str!("../../../docs/obj.md");
+        let rows = page.lines().filter_map(|line| line.strip_prefix("| ")?.split_once(" | "));
+        let rows: Vec<_> =
+            rows.filter_map(|(illum, rest)| Some((illum.parse::<u32>().ok()?, rest))).collect();
+        assert_eq!(rows.iter().map(|row| row.0).collect::<Vec<_>>(), (0..=10).collect::<Vec<_>>());
+        for (illum, rest) in rows {
+            let cells: Vec<_> = rest.trim_end_matches(" |").split(" | ").collect();
+            for (cell, text) in [(1, ""), (2, "d 0.4"), (3, "Tf 0.9 0.9 0.9")] {
+                let m = plain(&format!("illum {illum}\nNi 1.5\nKs .5 .5 .5\n{text}"));
+                let kind = match m.surface {
+                    Surface::Diffuse { .. } => "matte",
+                    Surface::Pbr(pbr) if pbr.metallic.factor == 1.0 => "metal",
+                    Surface::Pbr(_) => "plastic",
+                    Surface::Dielectric { .. } => "glass",
+                    other => panic!("{other:?}"),
+                };
+                let kind =
+                    if m.alpha == Alpha::Blend { format!("{kind}, covers in part") } else { kind.into() };
+                assert_eq!(cells.get(cell), Some(&kind.as_str()), "illum {illum} with {text:?}");
+            }
+        }
     }
 
     #[test]
@@ -334,8 +444,21 @@ mod tests {
         let uv = texture.transform.transform_point2(Vec2::new(0.25, 0.75));
         assert!(uv.distance(Vec2::new(1.0, -0.25)) < 1e-6, "{uv}");
 
-        let (m, model) = convert("bump heights.png\nmap_d heights.png\nmap_Kd broken.png", folder.path());
-        assert_eq!((m.normal, model.warnings.len()), (None, 2));
+        let text = "bump -bm 2 heights.png\nmap_d heights.png\nmap_Kd broken.png";
+        let (m, model) = convert(text, folder.path());
+        assert_eq!((m.normal.map(|n| n.scale), model.warnings.len()), (Some(2.0), 1));
+        let names: Vec<_> = model.images.iter().map(|i| i.name.ends_with("(normals)")).collect();
+        assert_eq!(names, [true, false]);
         assert_eq!(m.coverage.texture.map(|(_, channel)| channel), Some(0));
+        let (_, model) = convert("bump heights.png\nnewmtl b", folder.path());
+        assert_eq!(model.images.len(), 1, "the heights themselves are not kept");
+
+        let Surface::Layered(l) =
+            convert("map_Ks -imfchan g alpha.png\nmap_Pc alpha.png", folder.path()).0.surface
+        else {
+            panic!("no layers")
+        };
+        assert_eq!(l.specular.and_then(|s| s.factor.texture).map(|(_, channel)| channel), Some(1));
+        assert_eq!(l.clearcoat.map(|c| (c.factor.factor, c.factor.texture.is_some())), Some((0.25, true)));
     }
 }

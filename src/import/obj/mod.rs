@@ -13,6 +13,7 @@
 //! free-form surfaces are passed over with a warning; so are a missing library or texture, and faces with a corner
 //! that is not finite. What cannot be read at all, or refers to what is not there, is an error with its line.
 
+mod bump;
 mod chains;
 mod corner;
 mod gather;
@@ -38,8 +39,9 @@ use glam::Affine3A;
 use self::{gather::Gathered, material::Converter, mtl::Mtl, textures::Textures};
 use crate::{
     diagnostic::{Diagnostic, Place},
+    import::tangents,
     input,
-    world::{Instance, MaterialId, MeshId, Model},
+    world::{Instance, Material, MaterialId, MeshId, Model, Surface},
 };
 
 /// Larger libraries are refused.
@@ -122,12 +124,30 @@ fn add_materials(gathered: &Gathered, path: &Path, model: &mut Model) {
         let mesh = MeshId(index as u32);
         instances.push(Instance { name, mesh, to_world: Affine3A::IDENTITY, materials });
     }
-    model.instances = instances;
+    converter.textures.model.instances = instances;
+    add_tangents(model);
     if let Some(first) = unknown.first() {
         let more =
             if unknown.len() > 1 { format!(" and {} others", unknown.len() - 1) } else { String::new() };
         let message = format!("no library has the material `{}`{more}: grey instead", text::shorten(first));
         model.warnings.push(Diagnostic::warning(path, Place::File, message));
+    }
+}
+
+/// Gives tangents to the meshes that a material bends normals or stretches highlights on.
+fn add_tangents(model: &mut Model) {
+    let Model { meshes, materials, instances, .. } = model;
+    let directed = |material: &Material| {
+        let stretched = matches!(&material.surface, Surface::Layered(l) if l.anisotropy.is_some());
+        stretched || material.normal.is_some()
+    };
+    let wanted = |instance: &&Instance| {
+        instance.materials.iter().filter_map(|id| materials.get(id.index())).any(directed)
+    };
+    for instance in instances.iter().filter(wanted) {
+        if let Some(mesh) = meshes.get_mut(instance.mesh.index()) {
+            tangents::generate(mesh, 0);
+        }
     }
 }
 

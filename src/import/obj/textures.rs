@@ -5,9 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use glam::{Affine2, U8Vec4, U16Vec4, Vec2, Vec3};
+use glam::{Affine2, Vec2};
 
-use super::{locate::locate, mtl::Map, text::shorten};
+use super::{bump, locate::locate, mtl::Map, text::shorten};
 use crate::{
     diagnostic::{Diagnostic, Place, Severity},
     import::image,
@@ -24,19 +24,63 @@ pub(super) struct Textures<'a> {
     /// By library and name.
     files: HashMap<(PathBuf, String), Option<PathBuf>>,
     images: HashMap<PathBuf, Option<ImageId>>,
+    /// Normal maps made of heights, by file, channel and whether it is clamped.
+    bumps: HashMap<(PathBuf, Option<u8>, bool), Option<ImageId>>,
     known: HashMap<Texture, TextureId>,
     texels: u64,
 }
 
 impl<'a> Textures<'a> {
     pub fn new(folder: &'a Path, model: &'a mut Model) -> Self {
-        let (files, images, known) = Default::default();
-        Self { folder, model, files, images, known, texels: 0 }
+        let (files, images, bumps, known) = Default::default();
+        Self { folder, model, files, images, bumps, known, texels: 0 }
     }
 
     /// The texture that `map` of the library `library` names, or `None` and a warning.
     pub fn get(&mut self, map: &Map, color_space: ColorSpace, library: &Path) -> Option<TextureRef> {
         let image = self.load(map, library)?;
+        Some(self.texture(map, image, color_space))
+    }
+
+    /// The normal map that `map` names, or one made of the heights that it names.
+    pub fn bump(&mut self, map: &Map, library: &Path) -> Option<TextureRef> {
+        let path = self.locate(map, library)?;
+        let key = (path.clone(), map.channel, map.clamp);
+        let image = match self.bumps.get(&key) {
+            Some(&known) => known,
+            None => {
+                let image = self.normals(map, &path);
+                self.bumps.insert(key, image);
+                image
+            }
+        };
+        Some(self.texture(map, image?, ColorSpace::Linear))
+    }
+
+    fn normals(&mut self, map: &Map, path: &Path) -> Option<ImageId> {
+        let of = |image: &Image| {
+            (!bump::holds_normals(image)).then(|| bump::normals(image, map.channel, map.clamp))
+        };
+        if let Some(&known) = self.images.get(path) {
+            let id = known?;
+            return match self.model.images.get(id.index()).map(of)? {
+                Some(normals) => self.keep(normals, path),
+                None => Some(id),
+            };
+        }
+        // The heights themselves are of no further use.
+        let image = self.read(path)?;
+        match of(&image) {
+            Some(normals) => self.keep(normals, path),
+            None => {
+                let id = self.keep(image, path);
+                self.images.insert(path.to_owned(), id);
+                id
+            }
+        }
+    }
+
+    fn texture(&mut self, map: &Map, image: ImageId, color_space: ColorSpace) -> TextureRef {
         let wrap = if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
         let key = Texture { image, color_space, wrap_u: wrap, wrap_v: wrap, filter: Filter::Linear };
         let texture = *self.known.entry(key).or_insert_with(|| {
@@ -47,7 +91,7 @@ impl<'a> Textures<'a> {
         let [[su, sv], [ou, ov]] = [map.scale, map.offset];
         let transform =
             Affine2::from_scale_angle_translation(Vec2::new(su, sv), 0.0, Vec2::new(ou, 1.0 - sv - ov));
-        Some(TextureRef { texture, uv_set: 0, transform })
+        TextureRef { texture, uv_set: 0, transform }
     }
 
     fn load(&mut self, map: &Map, library: &Path) -> Option<ImageId> {
@@ -55,26 +99,33 @@ impl<'a> Textures<'a> {
         if let Some(&known) = self.images.get(&path) {
             return known;
         }
-        self.model.sources.push(path.clone());
-        let loaded = match image::load(&path) {
-            Ok(image) if self.texels + texels(&image) > MAX_TEXELS => {
-                let message =
-                    "the model's textures are too large together: its material does without this one";
-                self.model.warnings.push(Diagnostic::warning(&path, Place::File, message));
-                None
-            }
-            Ok(image) => {
-                self.texels += texels(&image);
-                self.model.images.push(image);
-                Some(ImageId(self.model.images.len() as u32 - 1))
-            }
-            Err(diagnostic) => {
-                self.model.warnings.push(Diagnostic { severity: Severity::Warning, ..diagnostic });
-                None
-            }
-        };
+        let loaded = self.read(&path).and_then(|image| self.keep(image, &path));
         self.images.insert(path, loaded);
         loaded
+    }
+
+    fn read(&mut self, path: &Path) -> Option<Image> {
+        if !self.model.sources.iter().any(|source| source == path) {
+            self.model.sources.push(path.to_owned());
+        }
+        image::load(path)
+            .map_err(|error| {
+                self.model.warnings.push(Diagnostic { severity: Severity::Warning, ..error });
+            })
+            .ok()
+    }
+
+    /// Adds `image`, of the file at `path`, unless there are too many.
+    fn keep(&mut self, image: Image, path: &Path) -> Option<ImageId> {
+        let texels = u64::from(image.width) * u64::from(image.height);
+        if self.texels + texels > MAX_TEXELS {
+            let message = "the model's textures are too large together: its material does without this one";
+            self.model.warnings.push(Diagnostic::warning(path, Place::File, message));
+            return None;
+        }
+        self.texels += texels;
+        self.model.images.push(image);
+        Some(ImageId(self.model.images.len() as u32 - 1))
     }
 
     fn locate(&mut self, map: &Map, library: &Path) -> Option<PathBuf> {
@@ -100,35 +151,10 @@ impl<'a> Textures<'a> {
     }
 }
 
-fn texels(image: &Image) -> u64 {
-    u64::from(image.width) * u64::from(image.height)
-}
-
 pub(super) fn has_alpha(image: &Image) -> bool {
     match &image.texels {
         Texels::Rgba8(texels) => texels.iter().any(|t| t[3] < u8::MAX),
         Texels::Rgba16(texels) => texels.iter().any(|t| t[3] < u16::MAX),
         Texels::RgbF32(_) => false,
     }
-}
-
-/// Whether nearly all texels, read as 2c − 1, are unit vectors that point outward. (A grey one would need c = 0.79.)
-pub(super) fn holds_normals(image: &Image) -> bool {
-    let is_normal = |c: Vec3| {
-        let n = 2.0 * c - 1.0;
-        (n.length() - 1.0).abs() < 0.1 && n.z > 0.0 && (n.x - n.z).abs().max((n.y - n.z).abs()) > 0.05
-    };
-    let share = |normals: usize, all: usize| normals as f64 / all.max(1) as f64;
-    let share = match &image.texels {
-        Texels::Rgba8(t) => share(
-            t.iter().filter(|t| is_normal(U8Vec4::from(**t).as_vec4().truncate() / 255.0)).count(),
-            t.len(),
-        ),
-        Texels::Rgba16(t) => share(
-            t.iter().filter(|t| is_normal(U16Vec4::from(**t).as_vec4().truncate() / 65535.0)).count(),
-            t.len(),
-        ),
-        Texels::RgbF32(t) => share(t.iter().filter(|t| is_normal(Vec3::from(**t))).count(), t.len()),
-    };
-    share > 0.9
 }
