@@ -103,13 +103,27 @@ fn our_own_model_is_whole() {
     }
 }
 
+/// A little of everything, so that there is something to damage without the samples.
+const OBJ_SEEDS: [&str; 3] = [
+    "o a b\nv 0 0 0\nv 1 0 0 1 0 0.5\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 1 0\nvn 0 0 1\ns 1\nusemtl m\nf 1/1/1 2/2/1 3 4//1\nf -1 -2 -3\n",
+    "# c\nv 0 0 0 \\\n1\nv 1e0 .5 -2.\nv 3 4 5 # six\r\ng x y\nusemtl n\ns off\nf 1 2 3 9\nl 1 2\np 1\nv 7 8 9\nv 7 8 8\nv 1 2 3\nv 9 9 9\nv 0 9 9\nv 9 0 9\n",
+    "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\nf 1 2 3 4 1 5 6 7 8 5\ncurv 1 2\n",
+];
+const MTL_SEEDS: [&str; 2] = [
+    "newmtl m\nKd .5 .5 .5\nKs 1\nNs 200\nNi 1.5\nd 0.5\nTr 0.5\nTf 1 1 1\nillum 7\nKe 1 2 3\nmap_Kd -s 2 2 2 -o 1 -clamp on a.png\n",
+    "newmtl n\nPr .5\nPm .5\nPs .1\nPc 1\nPcr .1\naniso .5\nanisor .25\nnorm -bm 2 n.png\nbump b.png -bm 1\nrefl r.png\nmap_RMA x\nmap_Ks -imfchan g k.png\n",
+];
+
 #[test]
-fn damaged_samples_do_no_harm() {
-    let Some(folder) = samples("obj") else { return };
-    let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() <= SMALL);
-    let read = |path: PathBuf| fs::read(path).expect("it can be read");
-    let objs: Vec<_> = files(&folder, &["obj"]).into_iter().filter(small).map(read).collect();
-    let mtls: Vec<_> = files(&folder, &["mtl"]).into_iter().filter(small).map(read).collect();
+fn damaged_files_do_no_harm() {
+    let bytes = |texts: &[&str]| texts.iter().map(|text| text.as_bytes().to_vec()).collect::<Vec<_>>();
+    let (mut objs, mut mtls) = (bytes(&OBJ_SEEDS), bytes(&MTL_SEEDS));
+    if let Some(folder) = samples("obj") {
+        let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() <= SMALL);
+        let read = |path: PathBuf| fs::read(path).expect("it can be read");
+        objs.extend(files(&folder, &["obj"]).into_iter().filter(small).map(read));
+        mtls.extend(files(&folder, &["mtl"]).into_iter().filter(small).map(read));
+    }
     let place = tempfile::tempdir().expect("a folder for temporary files");
     let (obj, mtl) = (place.path().join("a.obj"), place.path().join("a.mtl"));
     let mut random = Random(0x7261_796F);
@@ -122,6 +136,33 @@ fn damaged_samples_do_no_harm() {
         models += usize::from(load(&obj).is_ok());
     }
     println!("{models} of {MUTATIONS} damaged files are models still");
+    assert!(models > MUTATIONS / 10, "too damaged to show anything: {models} models");
+}
+
+/// Short texts that would cost much if every word of them were taken seriously.
+#[test]
+fn files_made_to_take_long_do_not() {
+    let place = tempfile::tempdir().expect("a folder for temporary files");
+    let obj = place.path().join("a.obj");
+    let points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n".to_owned();
+    let spokes = |n: usize| (1..=n).map(|i| format!("vt {i} 0\nf 1/{i} 2/{i} 3/{i}\n")).collect::<String>();
+    let saw = |n: usize| {
+        let points: String = (0..n).map(|i| format!("v {i} {} 0\n", i * i % 7 + 1)).collect();
+        let all: Vec<_> = (1..=n).map(|i| i.to_string()).collect();
+        format!("{points}f {}\n", all.join(" "))
+    };
+    for text in [
+        points.clone() + &spokes(200_000),
+        points.clone() + &"f 1 2 3 \\\n".repeat(500_000),
+        points.clone() + &"o x\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n".repeat(100_000),
+        points.clone() + &(0..70_000).map(|i| format!("usemtl {i}\nf 1 2 3\n")).collect::<String>(),
+        points.clone() + &(1..100_000).map(|i| format!("s {i}\nf 1 2 3\n")).collect::<String>(),
+        saw(30_000),
+        points + &"mtllib nowhere.mtl\n".repeat(100_000) + "f 1 2 3",
+    ] {
+        fs::write(&obj, text).expect("it can be written");
+        assert!(load(&obj).is_ok());
+    }
 }
 
 /// SplitMix64.

@@ -1,5 +1,10 @@
 //! Whole files through [`load`].
 
+mod oracle;
+mod polygons;
+mod same;
+mod smoothing;
+
 use glam::{Vec2, Vec3};
 
 use super::*;
@@ -62,35 +67,6 @@ fn corners_with_and_without_uv_and_normal_may_mix() {
 }
 
 #[test]
-fn faces_without_normals_are_flat_unless_they_are_in_a_smoothing_group() {
-    let roof = "v 0 0 1\nv 0 0 -1\nv 1 -1 0\nv -1 -1 0\n";
-    assert!(ok(&format!("{roof}f 1 3 2\nf 1 2 4")).meshes[0].normals.is_empty());
-    let smooth = ok(&format!("{roof}s 1\nf 1 3 2\nf 1 2 4"));
-    let mesh = &smooth.meshes[0];
-    assert_eq!(mesh.positions.len(), 4);
-    let ridge = mesh.positions.iter().position(|p| *p == Vec3::Z).map(|i| mesh.normals[i]);
-    assert!(ridge.is_some_and(|n| n.distance(Vec3::Y) < 1e-6), "{ridge:?}");
-    for split in ["s 1\nf 1 3 2\ns 2\nf 1 2 4", "s 1\nf 1 3 2\ns off\nf 1 2 4"] {
-        let mesh = &ok(&format!("{roof}{split}")).meshes[0];
-        assert_eq!(mesh.positions.len(), 6, "the ridge is sharp");
-        let normal = mesh.normals[mesh.triangles[1][0] as usize];
-        assert!(normal.distance(Vec3::new(-1.0, 1.0, 0.0).normalize()) < 1e-6, "{normal}");
-    }
-}
-
-/// A smooth normal must not depend on how a face happens to be cut up: a cube's corner is along its diagonal.
-#[test]
-fn smooth_normals_weigh_faces_by_their_angle() {
-    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\ns 1\n\
-        f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8\nf 1 8 4\n";
-    let mesh = &ok(cube).meshes[0];
-    for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
-        let diagonal = (*p - Vec3::splat(0.5)).normalize();
-        assert!(n.distance(diagonal) < 1e-5, "at {p}: {n}");
-    }
-}
-
-#[test]
 fn objects_are_meshes_and_their_materials_slots() {
     let text = format!(
         "mtllib b.mtl\n{SQUARE}o left\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 3 4\no empty\no right\nusemtl blue\nf 1 2 4"
@@ -129,6 +105,81 @@ fn libraries_are_found_however_they_are_named() {
 }
 
 #[test]
+fn what_a_face_names_without_its_being_there_is_told_with_its_line() {
+    let errors = |text: String| {
+        let all = load_files(&[("a.obj", text.as_bytes())]).expect_err("it is wrong");
+        all.into_iter().map(|d| (d.place, d.message)).collect::<Vec<_>>()
+    };
+    let said = errors(format!("f 1 2 9\n{SQUARE}v 1 x 2\nv 1 2\nf 1 2 0\nf -9 1 2\nf 1/2/3/4 2 3\nf /1 2 3"));
+    let said: Vec<_> = said.iter().map(|(place, message)| (place, message.as_str())).collect();
+    assert_eq!(
+        said,
+        [
+            (&Place::Line(1), "vertex 9 does not exist: the file has 6"),
+            (&Place::Line(6), "`x` is no number"),
+            (&Place::Line(7), "a vertex needs three numbers"),
+            (&Place::Line(8), "a vertex of index 0: OBJ counts from 1"),
+            (&Place::Line(9), "an index counts back to before the first vertex"),
+            (&Place::Line(10), "`1/2/3/4` is no corner: at most v/vt/vn"),
+            (&Place::Line(11), "`/1`: a corner without a vertex"),
+        ]
+    );
+    assert_eq!(errors("v x\n".repeat(100)).len(), scan::MAX_ERRORS + 1);
+    assert!(errors(SQUARE.into())[0].1.contains("no faces"));
+    assert!(errors("Dear reader,\nthis is a letter.".into())[0].1.contains("no OBJ"));
+}
+
+#[test]
+fn an_attribute_that_is_not_there_costs_itself_alone() {
+    let model = ok(&format!("{SQUARE}vt 1 1\nf 1/1/1 2/1/1 3/1/1\nf 1/-9 3/-1 4/2\nvn 0 0 nan"));
+    let mesh = &model.meshes[0];
+    assert_eq!((mesh.triangles.len(), mesh.normals.len(), mesh.uvs[0].len()), (2, 0, 5));
+    let said: Vec<_> =
+        model.warnings.iter().map(|w| (&w.place, w.message.contains("do not exist"))).collect();
+    assert_eq!(said, [(&Place::Line(7), true), (&Place::Line(8), false)], "{:?}", model.warnings);
+    let wrong = ok(&format!("{SQUARE}f 1//7 2//7 3//7\nf 1//-1 3 4"));
+    assert!(wrong.meshes[0].normals.is_empty() && wrong.warnings[0].message.starts_with("2 passed over"));
+}
+
+#[test]
+fn objects_beyond_the_thousandth_are_one_mesh() {
+    let many: String = (0..1500).map(|i| format!("o {i}\nusemtl {}\nf 1 2 {}\n", i % 3, 3 + i % 2)).collect();
+    let model = ok(&format!("{SQUARE}usemtl 0\n{many}"));
+    assert_eq!((model.meshes.len(), model.meshes[0].name.as_str()), (1, "a"));
+    let mesh = &model.meshes[0];
+    let slots: Vec<u16> = (0..1500).map(|i| i % 3).collect();
+    assert_eq!((mesh.triangles.len(), &mesh.slots), (1500, &slots));
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let last = mesh.positions[triangle[2] as usize];
+        assert_eq!(last, if i % 2 == 0 { Vec3::new(1., 1., 0.) } else { Vec3::Y });
+    }
+    let few: String = (0..1000).map(|i| format!("o {i}\nf 1 2 3\n")).collect();
+    assert_eq!(ok(&format!("{SQUARE}{few}")).meshes.len(), 1000);
+}
+
+#[test]
+fn names_in_latin1_are_found_in_libraries_in_utf8() {
+    let obj = [b"mtllib b.mtl\n", SQUARE.as_bytes(), b"usemtl Gl\xFCck\nf 1 2 3"].concat();
+    let model =
+        load_files(&[("a.obj", &obj), ("b.mtl", "newmtl Glück\nKd 0 1 0".as_bytes())]).expect("right");
+    assert_eq!((model.warnings.len(), model.materials[0].name.as_str()), (0, "Glück"));
+}
+
+#[test]
+fn meshes_get_tangents_where_a_material_needs_them() {
+    let with = |mtl: &str| {
+        let obj = format!(
+            "mtllib b.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nusemtl m\nf 1/1/1 2/2/1 3/3/1 4/4/1"
+        );
+        let mtl = format!("newmtl m\n{mtl}");
+        let model = load_files(&[("a.obj", obj.as_bytes()), ("b.mtl", mtl.as_bytes())]).expect("it is right");
+        model.meshes[0].tangents.clone()
+    };
+    assert!(with("Pr .5").is_empty());
+    assert_eq!(with("Pr .5\naniso .5"), [glam::Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
+}
+
+#[test]
 fn a_vertex_that_is_no_number_costs_its_faces_alone() {
     let model = ok(&format!("{SQUARE}v nan 0 0\nf 1 2 3\nf 1 2 5"));
     assert_eq!(model.meshes[0].triangles.len(), 1);
@@ -149,6 +200,11 @@ fn vertex_colors_are_linear_and_show_where_there_is_no_material() {
     assert!((color.y - 0.214_041_14).abs() < 1e-5 && color.w == 1.0, "{color}");
     assert!(model.materials[0].vertex_colors);
     assert!(ok(&format!("{SQUARE}f 1 2 3")).meshes[0].colors.is_empty());
+    // An object without colours stays grey beside one that has them.
+    let two =
+        ok("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\no b\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 4 5 6");
+    assert!(two.meshes[1].colors.is_empty());
+    assert_eq!(two.materials.iter().map(|m| m.vertex_colors).collect::<Vec<_>>(), [true, false]);
 }
 
 #[test]
