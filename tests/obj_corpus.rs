@@ -144,6 +144,8 @@ fn damaged_files_do_no_harm() {
 fn files_made_to_take_long_do_not() {
     let place = tempfile::tempdir().expect("a folder for temporary files");
     let obj = place.path().join("a.obj");
+    let mtl: String = (0..70_000).map(|i| format!("newmtl {i}\nmap_Kd {i}.png\n")).collect();
+    fs::write(place.path().join("b.mtl"), mtl).expect("it can be written");
     let points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n".to_owned();
     let spokes = |n: usize| (1..=n).map(|i| format!("vt {i} 0\nf 1/{i} 2/{i} 3/{i}\n")).collect::<String>();
     let saw = |n: usize| {
@@ -153,15 +155,20 @@ fn files_made_to_take_long_do_not() {
     };
     for text in [
         points.clone() + &spokes(200_000),
-        points.clone() + &"f 1 2 3 \\\n".repeat(500_000),
+        points.clone() + "f" + &" 1 2 3 \\\n".repeat(500_000),
         points.clone() + &"o x\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n".repeat(100_000),
         points.clone() + &(0..70_000).map(|i| format!("usemtl {i}\nf 1 2 3\n")).collect::<String>(),
         points.clone() + &(1..100_000).map(|i| format!("s {i}\nf 1 2 3\n")).collect::<String>(),
         saw(30_000),
-        points + &"mtllib nowhere.mtl\n".repeat(100_000) + "f 1 2 3",
+        points.clone() + &(0..70_000).map(|i| format!("mtllib {i}.mtl\n")).collect::<String>() + "f 1 2 3",
+        points
+            + "mtllib b.mtl\n"
+            + &(0..70_000).map(|i| format!("usemtl {i}\nf 1 2 3\n")).collect::<String>(),
     ] {
-        fs::write(&obj, text).expect("it can be written");
+        fs::write(&obj, &text).expect("it can be written");
+        let start = Instant::now();
         assert!(load(&obj).is_ok());
+        println!("{:?} for {} bytes", start.elapsed(), text.len());
     }
 }
 

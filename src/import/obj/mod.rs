@@ -29,14 +29,14 @@ mod text;
 mod textures;
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
 };
 
 use glam::Affine3A;
 
-use self::{gather::Gathered, material::Converter, mtl::Mtl, textures::Textures};
+use self::{gather::Gathered, material::Converter, mtl::Library, textures::Textures};
 use crate::{
     diagnostic::{Diagnostic, Place},
     import::tangents,
@@ -44,6 +44,8 @@ use crate::{
     world::{Instance, Material, MaterialId, MeshId, Model, Surface},
 };
 
+/// More statements that name libraries are passed over: each is looked for in several ways.
+const MAX_LIBRARIES: usize = 1000;
 /// Larger libraries are refused.
 const MAX_MTL_BYTES: u64 = 1 << 26;
 
@@ -92,7 +94,7 @@ fn add_materials(gathered: &Gathered, path: &Path, model: &mut Model) {
     let libraries = read_libraries(gathered, path, model);
     // Vertex colours show where there is no material.
     let mut ids: HashMap<(Option<u32>, bool), MaterialId> = HashMap::new();
-    let mut unknown = Vec::new();
+    let (mut unknown, mut named) = (Vec::new(), HashSet::new());
     let mut instances = Vec::new();
     let shapes = model.meshes.iter().map(|mesh| (mesh.name.clone(), !mesh.colors.is_empty()));
     let shapes: Vec<_> = shapes.collect();
@@ -101,9 +103,8 @@ fn add_materials(gathered: &Gathered, path: &Path, model: &mut Model) {
         let mut materials = Vec::with_capacity(object.materials.len());
         for &slot in &object.materials {
             let name = slot.and_then(|i| gathered.materials.get(i as usize));
-            let found = name.and_then(|name| {
-                libraries.iter().find_map(|(file, all)| Some((file, mtl::find(all, name)?)))
-            });
+            let found =
+                name.and_then(|name| libraries.iter().find_map(|(file, all)| Some((file, all.find(name)?))));
             let colored = colored && found.is_none();
             materials.push(*ids.entry((slot, colored)).or_insert_with(|| {
                 let mut material = match found {
@@ -113,7 +114,7 @@ fn add_materials(gathered: &Gathered, path: &Path, model: &mut Model) {
                 if let Some(name) = name {
                     // The name that the OBJ file calls it by, which a scene file may use to replace it.
                     material.name.clone_from(name);
-                    if found.is_none() && !unknown.contains(&name.as_str()) {
+                    if found.is_none() && named.insert(name) {
                         unknown.push(name.as_str());
                     }
                 }
@@ -153,11 +154,11 @@ fn add_tangents(model: &mut Model) {
 
 /// The libraries that are there, in the order in which they are searched. Where none is named, the one called as the
 /// OBJ file is.
-fn read_libraries(gathered: &Gathered, path: &Path, model: &mut Model) -> Vec<(PathBuf, Vec<Mtl>)> {
+fn read_libraries(gathered: &Gathered, path: &Path, model: &mut Model) -> Vec<(PathBuf, Library)> {
     let folders = [path.parent().unwrap_or(Path::new(""))];
     let mut files: Vec<PathBuf> = Vec::new();
     let mut warnings = Vec::new();
-    for (line, named) in &gathered.libraries {
+    for (line, named) in gathered.libraries.iter().take(MAX_LIBRARIES) {
         let found = library_files(named, |name| locate::locate(&folders, name));
         for (name, file) in found {
             match file {
@@ -171,6 +172,11 @@ fn read_libraries(gathered: &Gathered, path: &Path, model: &mut Model) -> Vec<(P
             }
         }
     }
+    if let Some((line, _)) = gathered.libraries.get(MAX_LIBRARIES) {
+        let message =
+            format!("more than {MAX_LIBRARIES} `mtllib` statements: from here on they are passed over");
+        warnings.push(Diagnostic::warning(path, Place::Line(*line), message));
+    }
     if gathered.libraries.is_empty() && !gathered.materials.is_empty() {
         files.extend(Some(path.with_extension("mtl")).filter(|file| file.is_file()));
     }
@@ -181,7 +187,7 @@ fn read_libraries(gathered: &Gathered, path: &Path, model: &mut Model) -> Vec<(P
             Ok(text) => {
                 let (materials, said) = mtl::parse(&text, &file);
                 warnings.extend(said);
-                libraries.push((file, materials));
+                libraries.push((file, Library::new(materials)));
             }
             Err(why) => {
                 let message = format!("cannot read this material library: {why}");

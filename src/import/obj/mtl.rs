@@ -6,7 +6,7 @@
 //! options glued to its name and says no lines. This reader loses what it cannot read, brings what is out of range into
 //! it, says so, and goes on.
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use super::text::{name_without_comment, shorten, statements, without_comment};
 use crate::diagnostic::{Diagnostic, Place};
@@ -384,11 +384,32 @@ fn vector(text: &mut &str, mut given: [f32; 2]) -> [f32; 2] {
     given
 }
 
-/// The material called `name`: by its whole name, or by what stands before a comment.
-pub(super) fn find<'a>(materials: &'a [Mtl], name: &str) -> Option<&'a Mtl> {
-    let short = name_without_comment(name);
-    let whole = materials.iter().find(|m| m.name == name);
-    whole.or_else(|| materials.iter().find(|m| name_without_comment(&m.name) == short))
+/// The materials of a library by their names.
+#[derive(Default)]
+pub(super) struct Library {
+    materials: Vec<Mtl>,
+    by_name: HashMap<String, usize>,
+    by_name_without_comment: HashMap<String, usize>,
+}
+
+impl Library {
+    pub fn new(materials: Vec<Mtl>) -> Self {
+        let mut library = Self::default();
+        for (i, material) in materials.iter().enumerate() {
+            // The first of a name counts.
+            library.by_name.entry(material.name.clone()).or_insert(i);
+            let short = name_without_comment(&material.name).to_owned();
+            library.by_name_without_comment.entry(short).or_insert(i);
+        }
+        Self { materials, ..library }
+    }
+
+    /// The material called `name`: by its whole name, or by what stands before a comment.
+    pub fn find(&self, name: &str) -> Option<&Mtl> {
+        let short = || self.by_name_without_comment.get(name_without_comment(name));
+        let index = self.by_name.get(name).or_else(short)?;
+        self.materials.get(*index)
+    }
 }
 
 #[cfg(test)]
@@ -520,8 +541,9 @@ mod tests {
     fn materials_are_found_with_and_without_a_comment() {
         let (all, _) =
             parse("newmtl Material #1\nnewmtl Material #2\nnewmtl red\nnewmtl red", Path::new("a.mtl"));
-        assert_eq!(find(&all, "Material #2").map(|m| m.line), Some(2));
-        assert_eq!(find(&all, "red # the first").map(|m| m.line), Some(3));
-        assert_eq!(find(&all, "blue"), None);
+        let library = Library::new(all);
+        assert_eq!(library.find("Material #2").map(|m| m.line), Some(2));
+        assert_eq!(library.find("red # the first").map(|m| m.line), Some(3));
+        assert_eq!(library.find("blue"), None);
     }
 }

@@ -14,6 +14,8 @@ use crate::{
     world::{ColorSpace, Filter, Image, ImageId, Model, Texels, Texture, TextureId, TextureRef, Wrap},
 };
 
+/// After so many textures that were not there, names are no longer looked for in other ways.
+const MAX_SEARCHES: usize = 1000;
 /// All images of a model together; 8 GiB at eight bits a channel.
 const MAX_TEXELS: u64 = 1 << 31;
 
@@ -28,12 +30,14 @@ pub(super) struct Textures<'a> {
     bumps: HashMap<(PathBuf, Option<u8>, bool), Option<ImageId>>,
     known: HashMap<Texture, TextureId>,
     texels: u64,
+    /// Names without a file.
+    missing: usize,
 }
 
 impl<'a> Textures<'a> {
     pub fn new(folder: &'a Path, model: &'a mut Model) -> Self {
         let (files, images, bumps, known) = Default::default();
-        Self { folder, model, files, images, bumps, known, texels: 0 }
+        Self { folder, model, files, images, bumps, known, texels: 0, missing: 0 }
     }
 
     /// The texture that `map` of the library `library` names, or `None` and a warning.
@@ -133,8 +137,13 @@ impl<'a> Textures<'a> {
         if let Some(known) = self.files.get(&key) {
             return known.clone();
         }
-        let found = locate(&[library.parent().unwrap_or(self.folder), self.folder], &map.file);
+        let folder = library.parent().unwrap_or(self.folder);
+        let found = match self.missing < MAX_SEARCHES {
+            true => locate(&[folder, self.folder], &map.file),
+            false => Some(folder.join(&map.file)).filter(|file| file.is_file()),
+        };
         if found.is_none() {
+            self.missing += 1;
             let message =
                 format!("the texture `{}` was not found; its material does without", shorten(&map.file));
             let help = "put it beside the file that names it, or correct the name";
