@@ -53,3 +53,20 @@ fn normals_without_length_are_none() {
     assert_eq!(mesh.normals, [Vec3::Z; 3]);
     assert!(ok(&format!("{SQUARE}vn 0 0 0\nf 1//1 2//1 3//1")).meshes[0].normals.is_empty());
 }
+
+/// The figures are those that Blender 5.0.1 shows for the same text.
+#[test]
+fn smooth_normals_are_blenders() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 .2 .1\nv -1 0 1\ns 1\nf 1 2 3\nf 1 3 4\nf 1 4 5";
+    let mesh = &ok(text).meshes[0];
+    let normal = |t: usize, c: usize| mesh.normals[mesh.triangles[t][c] as usize];
+    for ((t, c), [x, y, z]) in [
+        ((0, 0), [0.469, -0.151, 0.87]),
+        ((0, 1), [0.0, 0.0, 1.0]),
+        ((0, 2), [0.156, 0.0, 0.988]),
+        ((1, 2), [0.944, -0.147, 0.294]),
+        ((2, 2), [0.667, -0.333, 0.667]),
+    ] {
+        assert!(normal(t, c).distance(Vec3::new(x, y, z)) < 2e-3, "corner {c} of {t}: {}", normal(t, c));
+    }
+}
