@@ -10,8 +10,9 @@ use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    chains::{Chains, Link},
+    chains::Chains,
     corner::{KINDS, MAX_STATEMENTS, NONE},
+    object::Object,
     pieces::Pieces,
     polygon::{Triangulator, newell},
     scan::{MAX_ERRORS, Note, Scanned, Set, scan},
@@ -35,21 +36,6 @@ pub(super) struct Points {
     pub uvs: Vec<Vec2>,
     /// Unit; NaN: none.
     pub normals: Vec<Vec3>,
-}
-
-/// An object that has faces.
-#[derive(Default)]
-pub(super) struct Object {
-    /// Empty: none was given.
-    pub name: String,
-    /// The attributes are a UV and a normal: the file's, or [`SMOOTH`]; [`NONE`]: none.
-    pub vertices: Vec<Link>,
-    pub triangles: Vec<[u32; 3]>,
-    /// Of each triangle; empty: all are of the first.
-    pub slots: Vec<u16>,
-    /// The material of each slot, into [`Gathered::materials`].
-    pub materials: Vec<Option<u32>>,
-    slot_of: HashMap<Option<u32>, u16>,
 }
 
 #[derive(Default)]
@@ -314,7 +300,7 @@ impl Gathering {
     fn begin_object(&mut self) {
         let name = self.new_object.take().unwrap_or_default();
         self.end_object();
-        self.out.objects.push(Object { name, ..Object::default() });
+        self.out.objects.push(Object::new(name));
     }
 
     /// Gives the last object its vertices.
@@ -477,33 +463,4 @@ fn exist(corners: &[Resolved], counts: &[u32; 3]) -> bool {
     corners
         .iter()
         .all(|corner| corner.iter().zip(counts).all(|(&index, &count)| index < count || index == NONE))
-}
-
-impl Object {
-    /// The slot of `material`, a new one where it is new; the last of all where there are no more.
-    fn slot(&mut self, material: Option<u32>) -> u16 {
-        // Nearly always that of the face before.
-        let last = self.slots.last().copied().unwrap_or(0);
-        if self.materials.get(usize::from(last)) == Some(&material) {
-            return last;
-        }
-        let next = u16::try_from(self.materials.len()).ok();
-        *self.slot_of.entry(material).or_insert_with(|| {
-            self.materials.extend(next.map(|_| material));
-            next.unwrap_or(u16::MAX)
-        })
-    }
-
-    /// Takes up the triangles of `other`.
-    fn append(&mut self, other: Self) {
-        let first = self.vertices.len() as u32;
-        let slots: Vec<u16> = other.materials.iter().map(|&material| self.slot(material)).collect();
-        if self.materials.len() > 1 {
-            let slot = |i: usize| slots.get(other.slots.get(i).map_or(0, |&slot| usize::from(slot)));
-            self.slots.resize(self.triangles.len(), 0);
-            self.slots.extend((0..other.triangles.len()).map(|i| slot(i).copied().unwrap_or(0)));
-        }
-        self.vertices.extend(other.vertices);
-        self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|i| i + first)));
-    }
 }

@@ -4,19 +4,21 @@
 //! tried key by key. docs/obj.md has the tables: what each key and each `illum` becomes, and where and why Blender
 //! differs.
 
-use std::{f32::consts::TAU, path::Path};
+use std::path::Path;
 
 use glam::Vec3;
 
 use super::{
-    mtl::{Map, Mtl},
+    layers,
+    map::Map,
+    mtl::Mtl,
     textures::{Textures, has_alpha},
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
     world::{
-        Alpha, Anisotropy, Clearcoat, ColorInput, ColorSpace, Emission, Fresnel, Layered, Material,
-        NormalMap, Pbr, ScalarInput, Sheen, SpecularLevel, Surface, TextureRef, Volume,
+        Alpha, Clearcoat, ColorInput, ColorSpace, Emission, Fresnel, Layered, Material, NormalMap, Pbr,
+        ScalarInput, Sheen, SpecularLevel, Surface, TextureRef,
     },
 };
 
@@ -91,16 +93,16 @@ impl Converter<'_> {
                 }
                 let metallic = ScalarInput::constant(0.0);
                 layered.pbr = Pbr { base_color: tint, metallic, roughness, ior, ..layered.pbr };
-                transmit(&mut layered, 1.0);
+                layers::transmit(&mut layered, 1.0);
             }
             // As Blender writes its transmission. Other programs write Tf 1 for what is opaque.
             None if has_pbr(mtl) && mtl.filter.is_some_and(|tf| mean(tf) > 0.0) => {
-                transmit(&mut layered, mtl.filter.map_or(0.0, mean));
+                layers::transmit(&mut layered, mtl.filter.map_or(0.0, mean));
             }
             None => {}
         }
         if let Some(anisotropy) = mtl.anisotropy.filter(|&a| a > 0.0) {
-            stretch(&mut layered, anisotropy, mtl.anisotropy_rotation.unwrap_or(0.0));
+            layers::stretch(&mut layered, anisotropy, mtl.anisotropy_rotation.unwrap_or(0.0));
         }
         if layered.is_plain() { Surface::Pbr(layered.pbr) } else { Surface::Layered(Box::new(layered)) }
     }
@@ -193,25 +195,6 @@ fn mean(color: [f32; 3]) -> f32 {
     color.iter().sum::<f32>() / 3.0
 }
 
-/// Lets this share of what is not reflected into the inside, which is clear.
-fn transmit(layered: &mut Layered, share: f32) {
-    layered.transmission = Some(ScalarInput::constant(share));
-    layered.volume = Some(Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY });
-}
-
-/// Stretches the highlight as Disney's material does (Burley 2012, 5.4), and Blender's: with the aspect √(1 − 0.9 a) of
-/// the ellipse, α is α / aspect along the tangent and α · aspect across. glTF's layer has the latter as its base, and
-/// α across + (1 − α across) s² along. Where a map varies the roughness, s is that of a roughness of ½.
-fn stretch(layered: &mut Layered, anisotropy: f32, turns: f32) {
-    let roughness = &mut layered.pbr.roughness;
-    let aspect = (1.0 - 0.9 * anisotropy).sqrt();
-    let alpha = if roughness.texture.is_some() { 0.25 } else { roughness.factor * roughness.factor };
-    let (along, across) = ((alpha / aspect).min(1.0), alpha * aspect);
-    roughness.factor *= aspect.sqrt();
-    let strength = ((along - across) / (1.0 - across).max(f32::EPSILON)).clamp(0.0, 1.0).sqrt();
-    layered.anisotropy = Some(Anisotropy { strength, rotation: TAU * turns.rem_euclid(1.0), texture: None });
-}
-
 /// Whether the PBR extension is used.
 fn has_pbr(mtl: &Mtl) -> bool {
     let Mtl { roughness, metallic, sheen, clearcoat, clearcoat_roughness, anisotropy, maps, .. } = mtl;
@@ -278,9 +261,12 @@ fn glass_tint(mtl: &Mtl) -> Option<Vec3> {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::TAU;
+
     use glam::Vec2;
 
     use super::*;
+    use crate::world::Anisotropy;
     use crate::{import::obj::mtl, world::Model};
 
     fn convert(text: &str, folder: &Path) -> (Material, Model) {

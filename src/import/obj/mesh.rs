@@ -14,7 +14,8 @@ use rayon::prelude::*;
 use super::{
     chains::Link,
     corner::NONE,
-    gather::{Gathered, Object, Points, SMOOTH},
+    gather::{Gathered, Points, SMOOTH},
+    object::Object,
 };
 use crate::{color::srgb_decode, world::Mesh};
 

@@ -8,7 +8,10 @@
 
 use std::{collections::HashMap, path::Path};
 
-use super::text::{name_without_comment, shorten, statements, without_comment};
+use super::{
+    map::{Map, map},
+    text::{name_without_comment, shorten, statements, without_comment},
+};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// The material after one `newmtl`. `None`: not said.
@@ -65,23 +68,6 @@ pub(super) struct Maps {
     pub normal: Option<Map>,
     /// `bump`, `map_Bump`: heights by the format; normals in the files of many exporters.
     pub bump: Option<Map>,
-}
-
-/// A texture with those of its options that are honoured.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
-    pub file: String,
-    pub line: usize,
-    /// `-s`, u and v.
-    pub scale: [f32; 2],
-    /// `-o` and `-t`, u and v.
-    pub offset: [f32; 2],
-    /// `-bm`: strength of a normal map.
-    pub strength: f32,
-    /// `-clamp on`.
-    pub clamp: bool,
-    /// `-imfchan`.
-    pub channel: Option<u8>,
 }
 
 /// A number with the range that it has a meaning in.
@@ -284,106 +270,6 @@ fn finite(keyword: &str, word: &str) -> Result<f32, String> {
     }
 }
 
-/// Options, then the file name to the end of the line.
-fn map(keyword: &str, rest: &str, line: usize) -> Result<Option<Map>, String> {
-    let mut map = Map {
-        file: String::new(),
-        line,
-        scale: [1.0; 2],
-        offset: [0.0; 2],
-        strength: 1.0,
-        clamp: false,
-        channel: None,
-    };
-    let rest = map.options(rest);
-    // Some programs write options after the name.
-    let option = |(at, _): &(usize, &str)| {
-        let (option, after) = first_word(rest.get(at + 1..).unwrap_or_default());
-        !after.is_empty() && Map::is_option(option)
-    };
-    let (name, after) = match rest.match_indices(" -").find(option) {
-        Some((at, _)) if at > 0 => rest.split_at(at),
-        _ => (rest, ""),
-    };
-    map.options(after.trim_start());
-    map.file = name.trim_matches(['"', ' ', '\t']).to_owned();
-    match map.file.as_str() {
-        "" => Err(format!("`{keyword}` names no file")),
-        _ => Ok(Some(map)),
-    }
-}
-
-impl Map {
-    /// Takes options off the beginning of `rest`.
-    fn options<'a>(&mut self, mut rest: &'a str) -> &'a str {
-        while rest.starts_with('-') {
-            let (option, mut after) = first_word(rest);
-            match option.to_ascii_lowercase().as_str() {
-                "-s" => self.scale = vector(&mut after, self.scale),
-                "-o" => self.offset = vector(&mut after, self.offset),
-                // Turbulence displaces the lookup; in practice it is written for an offset of 0.
-                "-t" => _ = vector(&mut after, [0.0; 2]),
-                "-mm" => _ = vector(&mut after, [0.0; 2]),
-                "-bm" => {
-                    let strength = word(&mut after).parse().ok();
-                    self.strength = strength.filter(|s: &f32| s.is_finite()).unwrap_or(1.0);
-                }
-                "-clamp" => self.clamp = word(&mut after).eq_ignore_ascii_case("on"),
-                "-imfchan" => {
-                    self.channel = match word(&mut after).to_ascii_lowercase().as_str() {
-                        "r" => Some(0),
-                        "g" => Some(1),
-                        "b" => Some(2),
-                        "m" => Some(3),
-                        _ => None,
-                    }
-                }
-                option if OPTIONS_IGNORED.contains(&option) => _ = word(&mut after),
-                // Not an option, then: a name that begins with a hyphen.
-                _ => break,
-            }
-            rest = after;
-        }
-        rest
-    }
-
-    fn is_option(word: &str) -> bool {
-        let word = word.to_ascii_lowercase();
-        ["-s", "-o", "-t", "-mm", "-bm", "-clamp", "-imfchan"].contains(&word.as_str())
-            || OPTIONS_IGNORED.contains(&word.as_str())
-    }
-}
-
-/// Those with one value and without effect here.
-const OPTIONS_IGNORED: [&str; 7] = ["-blendu", "-blendv", "-cc", "-type", "-texres", "-boost", "-colorspace"];
-
-fn first_word(text: &str) -> (&str, &str) {
-    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    (word, rest.trim_start())
-}
-
-/// Takes the first word off `text`.
-fn word<'a>(text: &mut &'a str) -> &'a str {
-    let (word, rest) = first_word(text);
-    *text = rest;
-    word
-}
-
-/// Takes one to three numbers off `text`; those not given stay as they are. The last word is always the name.
-fn vector(text: &mut &str, mut given: [f32; 2]) -> [f32; 2] {
-    for i in 0..3 {
-        let (word, rest) = first_word(text);
-        let Some(number) = word.parse::<f32>().ok().filter(|n| n.is_finite() && !rest.is_empty()) else {
-            break;
-        };
-        if let Some(slot) = given.get_mut(i) {
-            *slot = number;
-        }
-        *text = rest;
-    }
-    given
-}
-
 /// The materials of a library by their names.
 #[derive(Default)]
 pub(super) struct Library {
@@ -414,7 +300,7 @@ impl Library {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::map, *};
 
     fn one(text: &str) -> Mtl {
         let (mut all, warnings) = parse(&format!("newmtl m\n{text}"), Path::new("a.mtl"));
@@ -433,26 +319,6 @@ mod tests {
         assert_eq!((m.exponent, m.illum, m.dissolve), (Some(250.0), Some(2), Some(0.75)));
         assert_eq!((m.ior, m.roughness), (Some(1.33), Some(0.1)));
         assert_eq!(one("Tr 1\nd 0.5").dissolve, Some(0.5), "d is the clearer of the two");
-    }
-
-    #[test]
-    fn options_come_off_the_file_name() {
-        let plain = one("map_Kd my picture 2.png").maps.diffuse.expect("a map");
-        assert_eq!(plain.file, "my picture 2.png");
-        let map = one("map_Kd -blendu on -s 2 3 1 -o .5 -bm 0.3 -clamp on -mm 0 1 -imfchan g \"a b.png\"")
-            .maps
-            .diffuse;
-        let map = map.expect("a map");
-        assert_eq!((map.scale, map.offset, map.strength), ([2.0, 3.0], [0.5, 0.0], 0.3));
-        assert_eq!((map.clamp, map.channel, map.file.as_str()), (true, Some(1), "a b.png"));
-        assert_eq!(one("map_Kd -o 1 2").maps.diffuse.expect("a map").file, "2");
-        assert_eq!(one("map_Kd -odd.png").maps.diffuse.expect("a map").file, "-odd.png");
-        assert_eq!(one("map_Kd a -b.png").maps.diffuse.expect("a map").file, "a -b.png");
-        let last = one("map_Kd -clamp on x y.png -bm 1.5 -s 2 2 2").maps.diffuse.expect("a map");
-        assert_eq!(
-            (last.file.as_str(), last.strength, last.scale, last.clamp),
-            ("x y.png", 1.5, [2.0; 2], true)
-        );
     }
 
     #[test]
@@ -523,7 +389,8 @@ mod tests {
                 told.push(key.to_ascii_lowercase());
             }
         }
-        let (source, _) = include_str!("mtl.rs").split_once("#[cfg(test)]").expect("tests");
+        let code = |file: &'static str| file.split_once("#[cfg(test)]").expect("tests").0;
+        let source = [code(include_str!("mtl.rs")), code(include_str!("map.rs"))].concat();
         let keys = source.lines().filter_map(|line| line.trim().strip_prefix('"')?.split_once(" => "));
         let keys: Vec<_> =
             keys.flat_map(|(keys, _)| keys.split(" | ")).map(|key| key.trim_matches('"')).collect();
@@ -531,7 +398,7 @@ mod tests {
         let ignored = IGNORED.iter().map(|(key, _)| *key);
         let channels = ["", "r", "g", "b", "m"];
         for key in
-            keys.into_iter().chain(ignored).chain(OPTIONS_IGNORED).filter(|key| !channels.contains(key))
+            keys.into_iter().chain(ignored).chain(map::OPTIONS_IGNORED).filter(|key| !channels.contains(key))
         {
             assert!(told.iter().any(|one| one == key), "docs/obj.md does not tell of {key}");
         }

@@ -7,7 +7,7 @@ use std::{
 
 use glam::{Affine2, Vec2};
 
-use super::{bump, locate::locate, mtl::Map, text::shorten};
+use super::{bump, locate::locate, map::Map, text::shorten};
 use crate::{
     diagnostic::{Diagnostic, Place, Severity},
     import::image,
