@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 
 use super::{
     animation::Animation,
-    extensions,
+    conformance, extensions,
     ibl::{self, ImageLight},
     pointer,
     report::{Problem, Report},
@@ -58,6 +58,7 @@ pub struct Document {
 /// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
 pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
     let mut root = object(text, report)?;
+    conformance::document(&root, &mut report.findings);
     version(&root, report)?;
     let text = |value: Option<&Value>| value.and_then(Value::as_str).map(str::to_owned);
     let generator = text(root.get("asset").and_then(|asset| asset.get("generator")));

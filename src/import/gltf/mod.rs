@@ -24,6 +24,7 @@ mod accessor;
 mod animation;
 mod buffers;
 mod check;
+mod conformance;
 mod container;
 mod curve;
 mod document;
