@@ -139,9 +139,16 @@ fn animated(root: &Map<String, Value>, animations: &[Animation]) -> BTreeMap<Str
 }
 
 fn object(text: &[u8], report: &mut Report) -> Option<Map<String, Value>> {
-    let text = text.strip_prefix(BOM).unwrap_or(text);
+    let marked = text.strip_prefix(BOM);
+    if marked.is_some() {
+        report.findings.add("JSON", "", "the JSON begins with a byte order mark, which glTF forbids");
+    }
+    let text = marked.unwrap_or(text);
     // A GLB chunk is padded with spaces; some exporters pad with zeros.
     let end = text.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
+    if end < text.len() {
+        report.findings.add("JSON", "", "the JSON is padded with zeros, not with spaces");
+    }
     let text = text.get(..end).unwrap_or(text);
     match serde_json::from_slice::<Value>(text) {
         Ok(Value::Object(root)) => Some(root),
