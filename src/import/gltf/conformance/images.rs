@@ -45,7 +45,7 @@ pub fn check(source: &Source, folder: &Path, findings: &mut Findings) {
             findings.add("images", format!("/images/{i}"), message);
         }
         let declared = images.get(i).and_then(|image| image.mime_type.as_ref());
-        types.push(declared.map_or(found, |declared| known(&declared.0)));
+        types.push(declared.map(|declared| declared.0.as_str()).or(found));
     }
     for (i, texture) in source.document.textures.iter().enumerate() {
         let own = Some(texture.source.value()).filter(|&source| source != NO_SOURCE);
@@ -57,17 +57,12 @@ pub fn check(source: &Source, folder: &Path, findings: &mut Findings) {
         });
         for (image, pointer, allowed) in own.into_iter().chain(extended) {
             if let Some(kind) = types.get(image).copied().flatten().filter(|kind| !allowed.contains(kind)) {
-                let message = format!("is image {image} of type {kind}, not {}", allowed.join(" or "));
+                let message =
+                    format!("is image {image} of type {}, not {}", quoted(kind), allowed.join(" or "));
                 findings.add("types of textures", pointer, message);
             }
         }
     }
-}
-
-/// The type by its name in a document, if it is one that is known.
-fn known(name: &str) -> Option<&'static str> {
-    let all = PLAIN.iter().chain(EXTENSIONS.iter().map(|(_, kind)| kind));
-    all.copied().find(|kind| *kind == name)
 }
 
 /// The type of image `i` by its first bytes, and what is wrong with it.
@@ -95,14 +90,12 @@ fn look(source: &Source, i: usize, image: &Image, folder: &Path) -> (Option<&'st
     if let Err(message) = whole {
         problems.push(Problem::new(format!("/images/{i}"), message));
     }
-    let declared = [
-        image.mime_type.as_ref().map(|kind| kind.0.as_str()),
-        image.uri.as_deref().and_then(uris::media_type).and_then(Result::ok),
-    ];
-    if let Some((kind, other)) = kind.and_then(|kind| {
-        let differs = |declared: &&str| *declared != kind && !declared.is_empty();
-        Some((kind, declared.into_iter().flatten().find(differs)?))
-    }) {
+    let declared = image.mime_type.as_ref().map(|kind| kind.0.as_str());
+    let media_type = image.uri.as_deref().and_then(uris::media_type).and_then(Result::ok);
+    let declared = [declared, media_type.filter(|media_type| !media_type.is_empty())];
+    if let Some(kind) = kind
+        && let Some(other) = declared.into_iter().flatten().find(|other| *other != kind)
+    {
         let message = format!("is of type {kind}, not {} as the document says", quoted(other));
         problems.push(Problem::new(format!("/images/{i}/{place}"), message));
     }

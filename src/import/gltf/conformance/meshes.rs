@@ -75,7 +75,7 @@ impl<'a> Primitive<'a> {
     ) {
         let format = accessor.format();
         if !allowed.clone().any(|other| other == format) {
-            let message = format!("is {format}, not {}", allowed.collect::<Vec<_>>().join(" or "));
+            let message = format!("has data of {format}, not {}", allowed.collect::<Vec<_>>().join(" or "));
             self.add("accessors' formats", rest, message);
         }
     }
@@ -107,7 +107,7 @@ impl<'a> Primitive<'a> {
             match allowed {
                 Some(allowed) => self.format(&accessor, allowed, &rest),
                 None if accessor.component == "u32" => {
-                    self.add("accessors' formats", &rest, "is u32, which attributes cannot be");
+                    self.add("accessors' formats", &rest, "has data of u32, which attributes cannot");
                 }
                 None => {}
             }

@@ -48,8 +48,8 @@ pub fn check(asset: Asset, findings: &mut Findings) {
             pointer_target(target, &at, findings);
             let targets = node_target(asset, target, &at, findings);
             let index = index_of(channel, "sampler");
-            if let Some((index, sampler)) = index.and_then(|index| Some((index, samplers.get(index)?))) {
-                let pointer = format!("/animations/{i}/samplers/{index}/output");
+            if let Some(sampler) = index.and_then(|index| samplers.get(index)) {
+                let pointer = format!("/animations/{i}/channels/{j}/sampler");
                 output(asset, sampler, target, targets, pointer, findings);
             }
         }
@@ -59,7 +59,11 @@ pub fn check(asset: Asset, findings: &mut Findings) {
 fn format(accessor: &Accessor, allowed: &[&str], pointer: String, findings: &mut Findings) {
     let format = accessor.format();
     if !allowed.is_empty() && !allowed.contains(&format.as_str()) {
-        findings.add("accessors' formats", pointer, format!("is {format}, not {}", allowed.join(" or ")));
+        findings.add(
+            "accessors' formats",
+            pointer,
+            format!("has data of {format}, not {}", allowed.join(" or ")),
+        );
     }
 }
 
@@ -92,8 +96,8 @@ fn pointer_target(target: &Value, at: &str, findings: &mut Findings) {
         findings.add("animations", format!("{at}/extensions/{POINTER}"), message);
     }
     if target.get("path").and_then(Value::as_str).is_some_and(|path| path != "pointer") {
-        let message = format!("is not \"pointer\", which {POINTER} asks for");
-        findings.add("animations", format!("{at}/path"), message);
+        let message = "asks for a `path` of \"pointer\"";
+        findings.add("animations", format!("{at}/extensions/{POINTER}"), message);
     }
 }
 
@@ -134,7 +138,7 @@ fn output(
     };
     let expected = input.count.saturating_mul(each).saturating_mul(if is_cubic(sampler) { 3 } else { 1 });
     if output.count != expected {
-        let message = format!("has {} elements, not {expected}", output.count);
+        let message = format!("has {} values, not {expected}", output.count);
         findings.add("animations", pointer, message);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! glTF 2.0, sections 3.6.1.2 "Buffer Views" and 3.6.2.4 "Data Alignment".
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use serde_json::Value;
 
@@ -10,6 +10,7 @@ use super::{
     asset::{Asset, escaped, extension, index_of, list, members, whole},
     findings::Findings,
 };
+use crate::import::gltf::report::Problem;
 
 /// `target` of a view of vertex attributes.
 pub const VERTICES: u64 = 34962;
@@ -52,7 +53,8 @@ impl Purpose {
 }
 
 pub fn check(asset: Asset, findings: &mut Findings) {
-    let mut uses = Uses { asset, accessors: HashMap::new(), views: HashMap::new(), findings };
+    let (accessors, views, sharing) = Default::default();
+    let mut uses = Uses { asset, accessors, views, sharing, findings };
     for (i, view) in asset.items("bufferViews") {
         let purpose = match view.get("target").and_then(whole) {
             Some(VERTICES) => Purpose::Vertices,
@@ -107,6 +109,8 @@ struct Uses<'a> {
     accessors: HashMap<usize, Purpose>,
     /// The first use of each view, and where it is.
     views: HashMap<usize, (Purpose, String)>,
+    /// The first accessor of vertices in each view, and where it is.
+    sharing: HashMap<usize, (usize, String)>,
     findings: &'a mut Findings,
 }
 
@@ -115,28 +119,28 @@ impl Uses<'_> {
         let sets = [("/attributes".to_owned(), primitive.get("attributes"))].into_iter();
         let targets = list(primitive.get("targets")).iter().enumerate();
         let targets = targets.map(|(k, target)| (format!("/targets/{k}"), Some(target)));
-        // Accessors of vertices by view: two that share one need its stride.
-        let mut sharing: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (rest, attributes) in sets.chain(targets) {
             for (name, json) in members(attributes) {
                 let pointer = format!("{at}{rest}/{}", escaped(name));
                 self.accessor(Some(json), Purpose::Vertices, pointer.clone());
-                let index = whole(json).and_then(|index| usize::try_from(index).ok());
-                let accessor = self.asset.accessor(index);
-                let (Some(index), Some((view, json))) = (index, accessor.and_then(|a| a.view)) else {
-                    continue;
-                };
-                let users = sharing.entry(view).or_default();
-                if !users.contains(&index) {
-                    users.push(index);
-                    if users.len() == 2 && json.get("byteStride").is_none() {
-                        let message = format!("has no byteStride, but accessors {users:?} share it");
-                        self.findings.add("strides", format!("/bufferViews/{view}"), message);
-                    }
+                if let Some(index) = whole(json).and_then(|index| usize::try_from(index).ok()) {
+                    self.share(index, pointer);
                 }
             }
         }
         self.accessor(primitive.get("indices"), Purpose::Indices, format!("{at}/indices"));
+    }
+
+    /// Accessors of vertices that share a view need its stride.
+    fn share(&mut self, accessor: usize, pointer: String) {
+        let Some((view, json)) = self.asset.accessor(Some(accessor)).and_then(|a| a.view) else { return };
+        let (first, there) = self.sharing.entry(view).or_insert_with(|| (accessor, pointer.clone()));
+        if *first != accessor && json.get("byteStride").is_none() {
+            let tell =
+                |other| format!("shares bufferView {view}, which has no byteStride, with accessor {other}");
+            let both = [Problem::new(there.as_str(), tell(accessor)), Problem::new(pointer, tell(*first))];
+            self.findings.add_all("strides", both);
+        }
     }
 
     fn accessor(&mut self, index: Option<&Value>, purpose: Purpose, pointer: String) {
