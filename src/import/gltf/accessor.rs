@@ -243,7 +243,13 @@ impl<'a> Accessor<'a> {
         self.element(i).map_or(0, |bytes| unsigned(bytes, self.component, 0))
     }
 
-    fn element(&self, i: usize) -> Option<&'a [u8]> {
+    /// The bytes of its elements, and how far apart they begin. `None` where some are replaced, or none is there.
+    pub fn plain(&self) -> Option<(&'a [u8], usize)> {
+        self.base.filter(|_| self.sparse.is_none()).map(|base| (base.bytes, base.stride))
+    }
+
+    /// The bytes of element `i`.
+    pub fn element(&self, i: usize) -> Option<&'a [u8]> {
         self.substitute(i).or_else(|| self.base?.element(i))
     }
 

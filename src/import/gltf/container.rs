@@ -4,13 +4,17 @@
 //! (length, type, data). The first chunk is JSON, a BIN chunk may follow, unknown chunks are skipped. No number in the file
 //! is believed before it has been compared with the bytes that are there.
 
-use super::report::{Problem, Report};
+use super::{
+    conformance::Findings,
+    report::{Problem, Report},
+};
 
 const MAGIC: &[u8; 4] = b"glTF";
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
+const RULE: &str = "GLB chunks";
 
 /// The parts of an asset file.
 pub struct Container<'a> {
@@ -48,14 +52,20 @@ fn split_glb<'a>(bytes: &'a [u8], report: &mut Report) -> Result<Container<'a>, 
     // A length smaller than the header is as wrong as one that is too large; what is there decides.
     let end = if declared < HEADER { bytes.len() } else { declared.min(bytes.len()) };
     let (mut json, mut bin) = (None, None);
+    let mut met = Vec::new();
     let mut rest = bytes.get(HEADER..end).unwrap_or(&[]);
     while !rest.is_empty() {
         let (kind, data, after) = match chunk(rest) {
             Ok(parts) => parts,
             // With the JSON at hand, rubbish at the end does no harm.
-            Err(_) if json.is_some() && rest.len() < CHUNK_HEADER => break,
+            Err(message) if json.is_some() && rest.len() < CHUNK_HEADER => {
+                report.findings.add(RULE, "", message);
+                break;
+            }
             Err(message) => return Err(message),
         };
+        met.push(kind);
+        misplaced(&met, data.len(), &mut report.findings);
         match kind {
             JSON if json.is_none() => json = Some(data),
             _ if json.is_none() => return Err("the first chunk of the GLB file is not JSON".into()),
@@ -65,6 +75,28 @@ fn split_glb<'a>(bytes: &'a [u8], report: &mut Report) -> Result<Container<'a>, 
         rest = after;
     }
     Ok(Container { json: json.ok_or("the GLB file has no JSON chunk")?, bin, is_glb: true })
+}
+
+/// What the last of the chunks `met`, of `length` bytes, does that it should not.
+fn misplaced(met: &[u32], length: usize, findings: &mut Findings) {
+    let Some((&kind, before)) = met.split_last() else { return };
+    let name = match kind {
+        JSON => "JSON",
+        BIN => "BIN",
+        _ => "unknown",
+    };
+    if !length.is_multiple_of(4) {
+        let message = format!("a {name} chunk of the GLB has {length} bytes, not a multiple of 4");
+        findings.add(RULE, "", message);
+    }
+    if kind != JSON && kind != BIN {
+        return;
+    }
+    if before.contains(&kind) {
+        findings.add(RULE, "", format!("the GLB has a second {name} chunk, which is ignored"));
+    } else if kind == BIN && before.len() > 1 {
+        findings.add(RULE, "", "the BIN chunk of the GLB is not the second one");
+    }
 }
 
 /// Type and data of the first chunk of `rest`, and what follows it.

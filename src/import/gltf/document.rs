@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 
 use super::{
     animation::Animation,
-    extensions,
+    conformance, extensions,
     ibl::{self, ImageLight},
     pointer,
     report::{Problem, Report},
@@ -63,6 +63,7 @@ pub type Morph = BTreeMap<String, usize>;
 /// Reads `text`; `None` (with errors reported) where it is not a glTF 2 document that can be read on.
 pub fn parse(text: &[u8], report: &mut Report) -> Option<Document> {
     let mut root = object(text, report)?;
+    conformance::document(&root, &mut report.findings);
     version(&root, report)?;
     let text = |value: Option<&Value>| value.and_then(Value::as_str).map(str::to_owned);
     let generator = text(root.get("asset").and_then(|asset| asset.get("generator")));
@@ -169,9 +170,16 @@ fn animated(root: &Map<String, Value>, animations: &[Animation]) -> BTreeMap<Str
 }
 
 fn object(text: &[u8], report: &mut Report) -> Option<Map<String, Value>> {
-    let text = text.strip_prefix(BOM).unwrap_or(text);
+    let marked = text.strip_prefix(BOM);
+    if marked.is_some() {
+        report.findings.add("JSON", "", "the JSON begins with a byte order mark, which glTF forbids");
+    }
+    let text = marked.unwrap_or(text);
     // A GLB chunk is padded with spaces; some exporters pad with zeros.
     let end = text.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
+    if end < text.len() {
+        report.findings.add("JSON", "", "the JSON is padded with zeros, not with spaces");
+    }
     let text = text.get(..end).unwrap_or(text);
     match serde_json::from_slice::<Value>(text) {
         Ok(Value::Object(root)) => Some(root),

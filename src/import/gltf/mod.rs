@@ -14,6 +14,7 @@
 //! | `instancing` | a mesh placed many times |
 //! | `variants` | other materials under a name |
 //! | `punctual`, `ibl` | cameras and lights |
+//! | `conformance` | what the specification forbids, and the import survives |
 //! | `report` | errors, warnings and counts |
 //!
 //! The file is read in stages; each looks at all of its elements and reports all that is wrong, and the next begins only
@@ -25,6 +26,7 @@ mod accessor;
 mod animation;
 mod buffers;
 mod check;
+mod conformance;
 mod container;
 mod curve;
 mod document;
@@ -149,11 +151,15 @@ fn prepare<'a>(bytes: &'a [u8], folder: &Path, report: &mut Report) -> Option<(D
     report.checkpoint()?;
     let mut buffers = buffers::load(&document, &container, folder, report);
     report.checkpoint()?;
+    let given = document.accessors.len();
     meshopt::decompress(&document, &mut buffers, report);
     draco::decompress(&mut document, &mut buffers, report);
     report.checkpoint()?;
-    accessor::check(&Source { document: &document, buffers: &buffers }, report);
-    report.checkpoint().map(|()| (document, buffers))
+    let source = Source { document: &document, buffers: &buffers };
+    accessor::check(&source, report);
+    report.checkpoint()?;
+    conformance::data(&source, given, folder, &mut report.findings);
+    Some((document, buffers))
 }
 
 fn build(

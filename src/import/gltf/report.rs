@@ -5,10 +5,11 @@
 //! number is kept.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
+use super::conformance::Findings;
 use crate::diagnostic::{Diagnostic, Place, nearest};
 
 /// Errors, and warnings, that are listed one by one; the rest are only counted.
@@ -119,6 +120,8 @@ pub struct Report {
     warnings: Vec<Diagnostic>,
     more_warnings: usize,
     pub tally: Tally,
+    /// What the specification forbids, told unless an error or warning is about the same.
+    pub findings: Findings,
 }
 
 impl Report {
@@ -130,6 +133,7 @@ impl Report {
             warnings: Vec::new(),
             more_warnings: 0,
             tally: Tally::default(),
+            findings: Findings::default(),
         }
     }
 
@@ -156,6 +160,16 @@ impl Report {
         }
     }
 
+    /// Where errors and warnings are.
+    fn pointers(&self) -> BTreeSet<String> {
+        let places = self.errors.iter().chain(&self.warnings).map(|diagnostic| &diagnostic.place);
+        let pointers = places.filter_map(|place| match place {
+            Place::Pointer(pointer) => Some(pointer.clone()),
+            _ => None,
+        });
+        pointers.collect()
+    }
+
     /// `None` once there is an error: the stages of the import stop there.
     pub fn checkpoint(&self) -> Option<()> {
         self.errors.is_empty().then_some(())
@@ -163,6 +177,10 @@ impl Report {
 
     /// `Ok` with all warnings, or `Err` with errors and warnings.
     pub fn finish(mut self) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+        let told = self.pointers();
+        for problem in std::mem::take(&mut self.findings).problems(|pointer| is_told(&told, pointer)) {
+            self.warn(problem);
+        }
         for (what, (n, first)) in std::mem::take(&mut self.tally.0) {
             self.warn(Problem::new(first, what.message(n)));
         }
@@ -180,6 +198,19 @@ impl Report {
         self.errors.append(&mut self.warnings);
         Err(self.errors)
     }
+}
+
+/// Whether something was said of the place `pointer`, of what holds it, or of what is in it. What is said of a whole section
+/// is on something else than one of its elements.
+fn is_told(told: &BTreeSet<String>, pointer: &str) -> bool {
+    if told.contains(pointer) {
+        return true;
+    }
+    let inner = format!("{pointer}/");
+    let slashes: Vec<usize> = pointer.match_indices('/').map(|(at, _)| at).collect();
+    let is_inside = || told.range(inner.clone()..).next().is_some_and(|other| other.starts_with(&inner));
+    let is_around = |&end: &usize| pointer.get(..end).is_some_and(|outer| told.contains(outer));
+    slashes.len() > 1 && (is_inside() || slashes.iter().skip(2).any(is_around))
 }
 
 fn parts(problem: Problem) -> (Place, String, Option<String>) {

@@ -53,7 +53,8 @@ fn textures_keep_transform_channel_and_colour_space() {
         "KHR_materials_volume": { "thicknessFactor": 1, "thicknessTexture": slot() },
     } });
     let mut model = model(&textured(all, &[png([128, 64, 32, 16])]));
-    assert!(model.warnings.is_empty(), "{:?}", model.warnings);
+    // The tangents that it asks for are made here, though the specification wants them in the file.
+    assert!(model.warnings.iter().all(|w| w.message.contains("TANGENT")), "{:?}", model.warnings);
     let spaces: Vec<_> = model.textures.iter().map(|t| t.color_space).collect();
     let srgb = |t: TextureRef| spaces[t.texture.index()] == ColorSpace::Srgb;
     let mut count = 0;

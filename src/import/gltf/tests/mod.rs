@@ -1,6 +1,7 @@
 //! Small assets made in memory, through the importer without its last guard: a panic fails the test.
 
 mod compressed;
+mod conformance;
 mod containers;
 mod data;
 mod fuzz;
@@ -12,7 +13,7 @@ mod scene;
 mod surfaces;
 mod table;
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 use serde_json::{Value, json};
@@ -32,11 +33,30 @@ fn import_text(text: &str) -> Outcome {
 
 /// Imports what `selection` says of it.
 fn import_selected(asset: &Value, selection: &Selection) -> Outcome {
+    let asset = declaring(asset);
     super::import(asset.to_string().as_bytes(), Path::new("asset.gltf"), selection)
 }
 
 fn import(asset: &Value) -> Outcome {
-    import_text(&asset.to_string())
+    import_text(&declaring(asset).to_string())
+}
+
+/// `asset` with all its extensions declared, unless it declares some itself.
+fn declaring(asset: &Value) -> Value {
+    fn names<'a>(value: &'a Value, found: &mut BTreeSet<&'a str>) {
+        if let Some(extensions) = value.get("extensions").and_then(Value::as_object) {
+            found.extend(extensions.keys().map(String::as_str));
+        }
+        let members = value.as_object().into_iter().flat_map(|members| members.values());
+        members.chain(value.as_array().into_iter().flatten()).for_each(|inner| names(inner, found));
+    }
+    let mut found = BTreeSet::new();
+    names(asset, &mut found);
+    let mut declaring = asset.clone();
+    if !found.is_empty() && asset.get("extensionsUsed").is_none() {
+        declaring["extensionsUsed"] = json!(found);
+    }
+    declaring
 }
 
 fn model(asset: &Value) -> Model {
@@ -74,7 +94,8 @@ fn place(diagnostic: &Diagnostic) -> &str {
 }
 
 fn data_uri(bytes: &[u8]) -> String {
-    format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(bytes))
+    let kind = if bytes.starts_with(b"\x89PNG") { "image/png" } else { "application/octet-stream" };
+    format!("data:{kind};base64,{}", BASE64_STANDARD.encode(bytes))
 }
 
 /// Appends to an array of the document.
@@ -112,10 +133,32 @@ fn asset(views: &[Vec<u8>], accessors: &[(usize, u32, &str, usize)], primitive: 
         "bufferViews": views.iter().enumerate()
             .map(|(i, v)| json!({ "buffer": i, "byteLength": v.len() })).collect::<Vec<_>>(),
         "accessors": accessors.iter()
-            .map(|(view, component, shape, count)| json!({
+            .map(|(view, component, shape, count)| bounded(json!({
                 "bufferView": view, "componentType": component, "type": shape, "count": count,
-            })).collect::<Vec<_>>(),
+            }), &views[*view])).collect::<Vec<_>>(),
     })
+}
+
+/// Gives an accessor from the beginning of `bytes` its bounds, if it holds floats that are there.
+fn bounded(mut accessor: Value, bytes: &[u8]) -> Value {
+    let components = match accessor["type"].as_str() {
+        Some("SCALAR") => 1,
+        Some("VEC2") => 2,
+        Some("VEC3") => 3,
+        Some("VEC4") => 4,
+        _ => return accessor,
+    };
+    let count = accessor["count"].as_u64().unwrap() as usize;
+    let values: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let Some(values) = values.get(..count * components).filter(|v| v.iter().all(|v| v.is_finite())) else {
+        return accessor;
+    };
+    if accessor["componentType"] == F32 && count > 0 {
+        let column = |c: usize| values.iter().copied().skip(c).step_by(components);
+        accessor["min"] = (0..components).map(|c| column(c).fold(f32::INFINITY, f32::min)).collect();
+        accessor["max"] = (0..components).map(|c| column(c).fold(f32::NEG_INFINITY, f32::max)).collect();
+    }
+    accessor
 }
 
 const U8: u32 = 5121;

@@ -20,10 +20,8 @@ fn add(file: &mut Value, shape: &str, values: &[f32]) -> usize {
     let bytes = floats(values);
     push(&mut file["buffers"], json!({ "byteLength": bytes.len(), "uri": data_uri(&bytes) }));
     push(&mut file["bufferViews"], json!({ "buffer": buffer, "byteLength": bytes.len() }));
-    push(
-        &mut file["accessors"],
-        json!({ "bufferView": buffer, "componentType": F32, "type": shape, "count": values.len() / components }),
-    );
+    let json = json!({ "bufferView": buffer, "componentType": F32, "type": shape, "count": values.len() / components });
+    push(&mut file["accessors"], bounded(json, &bytes));
     accessor
 }
 
