@@ -6,7 +6,7 @@
 //! | `document` | JSON to typed sections; `extensions`: which are read |
 //! | `check` | every index, and the hierarchy of nodes |
 //! | `uri`, `buffers`, `accessor` | bytes: where they come from, and typed reading of them |
-//! | `nodes` | the scene flattened |
+//! | `nodes`, `shapes` | the scene flattened, and what of it is drawn |
 //! | `textures`, `material`, `layers`, `texcoords` | images and what uses them |
 //! | `meshopt`, `draco` | compressed geometry made plain |
 //! | `mesh`, `topology`, `skin`, `mend` | primitives to triangles, in the pose of their joints |
@@ -44,6 +44,7 @@ mod nodes;
 mod pointer;
 mod punctual;
 mod report;
+mod shapes;
 mod skin;
 #[cfg(test)]
 mod tests;
@@ -57,11 +58,8 @@ use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
-    rc::Rc,
 };
 
-use glam::{Affine3A, DAffine3};
-use gltf::json::{self, mesh::Mode, validation::Checked};
 use rayon::prelude::*;
 
 use self::{
@@ -71,9 +69,9 @@ use self::{
     material::Converted,
     nodes::Placed,
     report::{Counted, Problem, Report, choose},
+    shapes::Shape,
     skin::Joints,
     textures::Textures,
-    topology::Topology,
 };
 use crate::{
     diagnostic::{Diagnostic, Place},
@@ -89,8 +87,6 @@ const MAX_FILE_BYTES: u64 = u32::MAX as u64;
 const MAX_TRIANGLES: usize = 1 << 27;
 /// Triangles of skinned and morphed meshes: each pose is a copy, so few bytes of file could ask for many.
 const MAX_POSED_TRIANGLES: usize = 1 << 25;
-/// Instances of a file: nodes times primitives of their meshes.
-const MAX_INSTANCES: usize = 1 << 22;
 /// Characters of a name; each instance has its own copy.
 const MAX_NAME: usize = 200;
 
@@ -184,7 +180,7 @@ fn build(
     let source = Source { document: &document, buffers };
     let globals = nodes::globals(&document);
     let placed = nodes::flatten(&document, &globals, report);
-    let shapes = shapes(&source, &placed, variant, report)?;
+    let shapes = shapes::shapes(&source, &placed, variant, report)?;
     let skins = skin::joints(&source, &shapes.iter().filter_map(|s| s.skin).collect(), &globals, report);
     let (converted, textures) = materials(&source, &shapes, folder, report)?;
     let mut model = Model {
@@ -207,88 +203,6 @@ fn files(document: &Document, folder: &Path) -> Vec<PathBuf> {
     let images = document.images.iter().filter_map(|image| image.uri.as_deref());
     // What is no name of a file, `data:` above all, does not resolve.
     buffers.chain(images).filter_map(|uri| uri::resolve(uri, folder).ok()).collect()
-}
-
-/// A primitive of triangles at a node (an index into the placed nodes).
-struct Shape {
-    placed: usize,
-    /// Where it is, unless it is skinned; several places are instances.
-    places: Rc<[Affine3A]>,
-    skin: Option<usize>,
-    mesh: usize,
-    primitive: usize,
-    topology: Topology,
-    material: Option<usize>,
-}
-
-/// Every primitive that is shown, with those that are not counted.
-fn shapes(
-    source: &Source,
-    placed: &[Placed],
-    variant: Option<usize>,
-    report: &mut Report,
-) -> Option<Vec<Shape>> {
-    let mut shapes = Vec::new();
-    let mut met = BTreeSet::new();
-    let mut instances = 0usize;
-    let unmoved: Rc<[Affine3A]> = Rc::new([Affine3A::IDENTITY]);
-    for (p, node) in placed.iter().enumerate().filter(|(_, node)| node.visible) {
-        let Some(json) = source.document.nodes.get(node.node) else { continue };
-        let Some(mesh) = json.mesh.map(|m| m.value()) else { continue };
-        let places = places(source, node, json, report);
-        let first_time = met.insert(mesh);
-        let primitives = source.document.meshes.get(mesh).map_or(&[][..], |m| &m.primitives);
-        for (i, primitive) in primitives.iter().enumerate() {
-            let Checked::Valid(mode) = primitive.mode else { continue };
-            let material = variants::material(primitive, variant);
-            let skin = json.skin.map(|s| s.value()).filter(|_| !skin::sets(primitive).is_empty());
-            let places = if skin.is_some() { unmoved.clone() } else { places.clone() };
-            if places.is_empty() {
-                continue;
-            }
-            match Topology::of(mode) {
-                Some(_) if !mesh::has_data(source, primitive) => {
-                    report.tally.add(Counted::NoData, 1, &format!("/meshes/{mesh}/primitives/{i}"));
-                }
-                Some(topology) => {
-                    instances = instances.saturating_add(places.len());
-                    shapes.push(Shape { placed: p, places, skin, mesh, primitive: i, topology, material });
-                }
-                None if first_time => {
-                    let what = if mode == Mode::Points { Counted::Points } else { Counted::Lines };
-                    report.tally.add(what, 1, &format!("/meshes/{mesh}/primitives/{i}"));
-                }
-                None => {}
-            }
-        }
-        if instances > MAX_INSTANCES {
-            report.error(Problem::new("/nodes", format!("more than {MAX_INSTANCES} instances are not read")));
-            return None;
-        }
-    }
-    Some(shapes)
-}
-
-/// Where the mesh of a node is, each place invertible; those that are not are counted.
-fn places(source: &Source, node: &Placed, json: &json::Node, report: &mut Report) -> Rc<[Affine3A]> {
-    let pointer = format!("/nodes/{}", node.node);
-    let instances = match instancing::transforms(source, json, node.node, MAX_INSTANCES) {
-        Ok(instances) => instances,
-        Err(problem) => {
-            report.error(problem);
-            None
-        }
-    };
-    let Some(instances) = instances else {
-        let place = to_single(&node.to_world);
-        // A skinned mesh does not care.
-        let lost = place.is_none() && json.skin.is_none();
-        report.tally.add(Counted::SingularNodes, lost.into(), &pointer);
-        return place.into_iter().collect();
-    };
-    let places: Vec<_> = instances.iter().filter_map(|i| to_single(&(node.to_world * *i))).collect();
-    report.tally.add(Counted::SingularInstances, instances.len() - places.len(), &pointer);
-    places.into()
 }
 
 fn materials(
@@ -442,12 +356,6 @@ fn cameras_and_lights(source: &Source, placed: &[Placed], model: &mut Model, rep
             }
         }
     }
-}
-
-/// In f32, if it is invertible there.
-fn to_single(to_world: &DAffine3) -> Option<Affine3A> {
-    let single = to_world.as_affine3a();
-    (single.is_finite() && single.inverse().is_finite()).then_some(single)
 }
 
 /// A name as the model keeps it.
