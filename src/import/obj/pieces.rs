@@ -1,5 +1,5 @@
 //! The bytes of an OBJ file, read in pieces of whole statements, so that several can be read at once and none need be
-//! kept. The encodings are those of [`text`](super::text).
+//! kept. The encodings are those of [`text`].
 
 use std::{
     io::{Cursor, Read, Seek, SeekFrom},
