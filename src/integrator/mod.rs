@@ -9,7 +9,7 @@
 //! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
 //! roulette on the throughput, which leaves the mean alone.
 //!
-//! Inside a medium ([`media`]) light fades by Beer's law. Boundaries of media and transmissive walls cast shadows: what
+//! Inside a medium (`media`) light fades by Beer's law. Boundaries of media and transmissive walls cast shadows: what
 //! shines through them is found by the paths that pass them.
 
 mod media;
