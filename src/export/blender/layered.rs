@@ -3,7 +3,7 @@
 //! | layer | in Cycles |
 //! |---|---|
 //! | specular | Specular Tint; a factor below 1 as a mix with a surface that reflects nothing: both are linear in it |
-//! | clearcoat | Coat, whose facets scatter once |
+//! | clearcoat | Coat |
 //! | sheen | Sheen: another model, above the coat |
 //! | iridescence | Thin Film; a factor below 1 as a mix |
 //! | anisotropy | αx = roughness²/aspect and αy = roughness² aspect with aspect² = 1 − 0.9 a, solved for ours |
@@ -30,6 +30,13 @@ const POINTS: usize = 33;
 const LEAST_RATIO: f32 = 0.1;
 /// A wall rougher than this visibly blurs.
 const SMOOTH: f32 = 0.03;
+
+/// A boundary rougher than this shows how Cycles weighs the light it draws.
+pub const ROUGH: f32 = 0.2;
+/// With a sky that is not even, roughness 1, index 1.5: 0.641 where the furnace and superposition demand 0.542, which Cycles
+/// finds if it draws no light from the sky. Single scattering likewise: 0.227 and 0.195.
+pub const ROUGH_GLASS: &str = "light that Cycles draws from lamps and sky comes too bright through rough glass, though not \
+     what rays find by themselves: a ball by 2 % at roughness 0.4, by 18 % at 1";
 
 /// Values at √cos θ = 0 … 1, evenly.
 pub type Curve = Vec<f32>;
@@ -129,13 +136,6 @@ pub fn differences(layered: &Layered) -> Vec<&'static str> {
     let pbr = &layered.pbr;
     let mut told = Vec::new();
     let mut tell = |is: bool, text: &'static str| told.extend(is.then_some(text));
-    if let Some(coat) = &layered.clearcoat {
-        let rough = textured(&coat.roughness) || coat.roughness.factor > 0.3;
-        tell(
-            rough,
-            "what is scattered between facets of the coat is lost (0.02 of the light at roughness 1)",
-        );
-    }
     tell(
         layered.sheen.is_some(),
         "sheen is that of Zeltner et al. 2022, softer and fainter than Charlie's fibres of the same roughness",
@@ -144,12 +144,17 @@ pub fn differences(layered: &Layered) -> Vec<&'static str> {
     tell(layered.dispersion > 0.0, "all colours refract alike: the dispersion is left out");
     tell(
         layered.iridescence.is_some(),
-        "the thin film's colours follow Cycles' own curves of the eye and keep polarisation",
+        "the thin film's colours are Cycles' sums over the spectrum, here over fitted curves: within 0.015 of reflectance",
     );
     if let Some(anisotropy) = &layered.anisotropy {
         let varies = anisotropy.texture.is_some() || textured(&pbr.roughness);
         let alpha = pbr.roughness.factor.clamp(0.0, 1.0).powi(2).max(1e-4);
         let ratio = alpha / (alpha + (1.0 - alpha) * anisotropy.strength.powi(2));
+        tell(
+            pbr.multiscatter && anisotropy.strength > 0.0,
+            "between stretched facets not all light that is scattered on is given back (of white metal 98 % comes back at \
+             roughness 0.3 and strength 0.4, 92 % at 0.5 and 0.7; here all)",
+        );
         tell(
             varies || ratio < LEAST_RATIO,
             "highlights are at most √10 times as long, in roughness, as they are wide: beyond, αx/αy is 10 with αx αy as here",
@@ -161,9 +166,17 @@ pub fn differences(layered: &Layered) -> Vec<&'static str> {
         thin && (textured(&pbr.roughness) || pbr.roughness.factor > SMOOTH),
         "the wall without thickness does not blur what is behind it",
     );
+    let solid = passes && layered.volume.is_some();
+    let rough = textured(&pbr.roughness) || pbr.roughness.factor > ROUGH;
+    tell(solid && rough, ROUGH_GLASS);
+    let colored = pbr.base_color.texture.is_some() || pbr.base_color.factor != Vec3::ONE;
+    tell(
+        solid && rough && colored && pbr.multiscatter,
+        "light that is scattered between the facets of the boundary is tinted once more (of 0.6, 3 % at roughness 0.4)",
+    );
     let specular = layered.specular.is_some_and(|s| textured(&s.factor) || s.factor.factor < 1.0);
     tell(
-        passes && layered.volume.is_some() && specular,
+        solid && specular,
         "the boundary of the solid reflects fully at grazing angles, whatever the specular factor",
     );
     let scattered = layered.diffuse_transmission.is_some_and(|d| d.factor.factor > 0.0);
@@ -197,7 +210,7 @@ mod tests {
         assert!((passed[POINTS - 1] - 0.96).abs() < 1e-3, "{passed:?}");
         // 60°: √0.5 of 32 steps is 22.6
         assert!((0.5 * (passed[22] + passed[23]) - 0.911).abs() < 3e-3, "{passed:?}");
-        assert!(passed[0] < 0.1);
+        assert!(passed[1..].is_sorted_by(|a, b| *a <= b + 1e-3), "{passed:?}");
     }
 
     #[test]

@@ -163,6 +163,9 @@ impl Conversion<'_, '_> {
             world::Surface::Dielectric { ior, fresnel, roughness, tint } => {
                 let (color, roughness) = (self.reflectance(tint)?, self.value(roughness)?);
                 let smooth = roughness.factor == 0.0;
+                if roughness.factor > layered::ROUGH {
+                    self.note(layered::ROUGH_GLASS);
+                }
                 match fresnel {
                     Fresnel::Schlick if smooth => Surface::SchlickGlass { color, ior: *ior },
                     _ => {
