@@ -282,7 +282,8 @@ impl Conversion<'_, '_> {
     /// Cycles has both halves of it or none: normals that mirror outwards, as here, and less light from near the
     /// horizon of the true surface, as not here (35 % at an elevation of 10° under a map that leans by 35°).
     fn bump_correction(&mut self) -> bool {
-        if self.material.normal.is_none() {
+        let coat = layered::of(self.material).and_then(|layered| layered.clearcoat);
+        if self.material.normal.is_none() && coat.is_none_or(|coat| coat.normal.is_none()) {
             return false;
         }
         let metallic = match &self.material.surface {
