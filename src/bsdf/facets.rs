@@ -13,10 +13,13 @@ use super::fresnel::{DielectricFresnel, LayerCurve, SCHLICK_AVERAGE, refract, sc
 use super::glass_albedo::glass_albedo;
 use super::layer_albedo::Layer;
 use super::reflect_about;
+use super::table::{cell, node};
 use super::thin_film::ThinFilm;
 
 /// Points of the Fibonacci lattice over the visible normals.
 const LATTICE: [u32; 2] = [89, 55];
+/// A film's fringes are wider than this resolves up to 2 µm; averages do not show narrower ones.
+const FILM_NODES: usize = 16;
 /// As sharp as directions in f32 can be told apart.
 const MIN_ALPHA: f32 = 1e-4;
 
@@ -34,26 +37,47 @@ pub struct Reflectance {
     f90: Vec3,
     rise: Rise,
     pub film: Option<ThinFilm>,
+    /// What the film reflects at cos θ = (k / (n − 1))², for averages over many normals.
+    film_table: [Vec3; FILM_NODES],
     /// F_ms; zero where multiple scattering is left out.
     multiple: Vec3,
 }
 
 impl Reflectance {
     pub fn metal(color: Vec3, film: Option<ThinFilm>) -> Self {
-        Self { f0: color, f90: Vec3::ONE, rise: Rise::Schlick, film, multiple: Vec3::ZERO }
+        Self::new(color, Vec3::ONE, Rise::Schlick, film)
     }
 
     pub fn dielectric(curve: LayerCurve, film: Option<ThinFilm>) -> Self {
         let LayerCurve { f0, f90, rise } = curve;
-        Self { f0, f90, rise: Rise::Dielectric(Layer::new(rise)), film, multiple: Vec3::ZERO }
+        Self::new(f0, f90, Rise::Dielectric(Layer::new(rise)), film)
+    }
+
+    fn new(f0: Vec3, f90: Vec3, rise: Rise, film: Option<ThinFilm>) -> Self {
+        let film_table = film.as_ref().map_or([Vec3::ZERO; FILM_NODES], |film| {
+            std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2)))
+        });
+        Self { f0, f90, rise, film, film_table, multiple: Vec3::ZERO }
     }
 
     pub fn at(&self, cos: f32) -> Vec3 {
+        self.filmed(self.bare(cos), cos)
+    }
+
+    /// As [`at`](Self::at), but of a film interpolated.
+    fn roughly_at(&self, cos: f32) -> Vec3 {
+        let bare = self.bare(cos);
+        let Some(film) = &self.film else { return bare };
+        let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
+        bare.lerp(self.film_table[k].lerp(self.film_table[k + 1], t), film.weight)
+    }
+
+    fn bare(&self, cos: f32) -> Vec3 {
         let weight = match &self.rise {
             Rise::Schlick => schlick_weight(cos),
             Rise::Dielectric(layer) => layer.rise.at(cos),
         };
-        self.filmed(self.f0 + (self.f90 - self.f0) * weight, cos)
+        self.f0 + (self.f90 - self.f0) * weight
     }
 
     fn filmed(&self, bare: Vec3, cos: f32) -> Vec3 {
@@ -153,7 +177,7 @@ impl Facets {
                 white += kept;
                 for (sum, curve) in single.iter_mut().zip(&curves) {
                     if let Some(curve) = curve {
-                        *sum += kept * curve.at(wo.dot(h));
+                        *sum += kept * curve.roughly_at(wo.dot(h));
                     }
                 }
             }
@@ -164,7 +188,8 @@ impl Facets {
         (white, [weigh(0), weigh(1)])
     }
 
-    /// The share of light along `wo` that one bounce at a boundary leaves, reflected and refracted together.
+    /// The share of light along `wo` that one bounce at a boundary leaves, reflected and refracted together: that of the
+    /// channel that keeps most, so that none gains.
     pub fn boundary_albedo(&self, wo: Vec3, eta: f32, reflectance: &Reflectance) -> f32 {
         if !self.multiscatter {
             return 1.0;
@@ -172,11 +197,10 @@ impl Facets {
         if self.isotropic && reflectance.is_exact(eta) {
             return glass_albedo(DielectricFresnel::Exact, wo.z, self.ggx.alpha.x, eta);
         }
-        let mut kept = 0.0;
+        let mut kept = Vec3::ZERO;
         for h in self.normals(wo) {
             let wo_h = wo.dot(h);
             let (r, cos_t) = reflectance.at_boundary(wo_h, eta);
-            let r = r.element_sum() / 3.0;
             let (reflected, refracted) = (reflect_about(wo, h), refract(wo, h, wo_h, cos_t, eta));
             if reflected.z > 0.0 {
                 kept += r * self.ggx.g2_over_g1(wo, reflected);
@@ -185,7 +209,7 @@ impl Facets {
                 kept += (1.0 - r) * self.ggx.g2_over_g1(wo, refracted);
             }
         }
-        (kept / LATTICE[0] as f32).clamp(0.01, 1.0)
+        (kept.max_element() / LATTICE[0] as f32).clamp(0.01, 1.0)
     }
 
     fn normals(&self, wo: Vec3) -> impl Iterator<Item = Vec3> {

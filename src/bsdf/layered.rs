@@ -44,6 +44,8 @@ const LOBES: usize = 7;
 
 /// How light passes through.
 #[derive(Clone, Copy, Debug)]
+// There is one at a time, in a box with the rest.
+#[allow(clippy::large_enum_variant)]
 pub enum Passage {
     Opaque,
     /// A wall without thickness, of this share and colour.

@@ -84,11 +84,16 @@ pub fn export(
 ) -> Result<Export, Error> {
     let mut out = Folder::stage(folder)?;
     let mut notes = Notes::default();
-    let world = &*layers::removed(world, &mut notes);
     let command = match target {
         Target::Blender => blender::write(world, settings, options, &mut out, &mut notes),
-        Target::Povray => povray::write(world, settings, &mut out, &mut notes),
-        Target::Mitsuba => mitsuba::write(world, settings, &mut out, &mut notes),
+        Target::Povray => {
+            let world = layers::removed(world, &mut notes);
+            povray::write(&world, settings, &mut out, &mut notes)
+        }
+        Target::Mitsuba => {
+            let world = layers::removed(world, &mut notes);
+            mitsuba::write(&world, settings, &mut out, &mut notes)
+        }
     }?;
     let notes = notes.finish();
     if options.strict && !notes.is_empty() {

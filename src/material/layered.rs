@@ -109,7 +109,8 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
         base: Base {
             facets,
             metallic,
-            metal: facets.prepare(Reflectance::metal(base_color, film(base_color))),
+            metal: facets
+                .prepare(Reflectance::metal(base_color, film(base_color).filter(|_| metallic > 0.0))),
             dielectric,
             diffuse: (1.0 - backlit) * base_color,
             backlit: backlit_color,

@@ -4,6 +4,7 @@ use super::{
     choice::choice,
     color::Color,
     context::Context,
+    layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Layers, Sheen, Specular, Volume},
     range::{above, from},
     table::{table, tagged},
     texture::{Input, NormalMap, Texture, warn_reflectance},
@@ -94,6 +95,24 @@ table! {
         ior: f32 = 1.5; from(1.0).to(100.0),
         /// Whether energy lost to scattering between microfacets is given back.
         multiscatter: bool = true,
+        /// Strength and colour of the dielectric part's reflection.
+        specular: Option<Specular>,
+        /// A layer of varnish of index 1.5 over all else.
+        clearcoat: Option<Clearcoat>,
+        /// Fibres that shine at grazing angles.
+        sheen: Option<Sheen>,
+        /// Share of what the dielectric part does not reflect that passes through the surface, tinted by base_color. Without volume the surface is a thin wall, which does not refract.
+        transmission: Option<f32>; from(0.0).to(1.0),
+        /// With transmission or diffuse_transmission: the mesh is solid, and what it absorbs.
+        volume: Option<Volume>,
+        /// Dispersion, with transmission and volume: the Abbe number, 55 for diamond, 59 for crown glass, 30 for flint. Without it all colours refract alike.
+        abbe_number: Option<f32>; from(1.0),
+        /// A thin film on the surface, coloured by interference.
+        iridescence: Option<Iridescence>,
+        /// Highlights stretched in one direction.
+        anisotropy: Option<Anisotropy>,
+        /// Light that leaves, scattered, on the far side.
+        diffuse_transmission: Option<DiffuseTransmission>,
     }
 }
 
@@ -209,6 +228,24 @@ impl PbrMaterial {
         {
             cx.warn(self.keys.key("alpha_cutoff"), "`alpha_cutoff` has no effect without alpha = \"mask\"");
         }
+        let pbr = Pbr {
+            base_color,
+            metallic: scalar(self.metallic, 0.0, 2),
+            roughness: scalar(self.roughness, 0.5, 1),
+            ior: self.ior,
+            multiscatter: self.multiscatter,
+        };
+        let layers = Layers {
+            specular: self.specular,
+            clearcoat: self.clearcoat,
+            sheen: self.sheen,
+            transmission: self.transmission,
+            volume: self.volume,
+            abbe_number: self.abbe_number,
+            iridescence: self.iridescence,
+            anisotropy: self.anisotropy,
+            diffuse_transmission: self.diffuse_transmission,
+        };
         world::Material {
             emission: emits.then_some(Emission {
                 color: emission,
@@ -222,16 +259,7 @@ impl PbrMaterial {
             },
             normal: self.normal.map(|normal| normal.resolve(cx)),
             double_sided: self.double_sided,
-            ..world::Material::new(
-                name,
-                Surface::Pbr(Pbr {
-                    base_color,
-                    metallic: scalar(self.metallic, 0.0, 2),
-                    roughness: scalar(self.roughness, 0.5, 1),
-                    ior: self.ior,
-                    multiscatter: self.multiscatter,
-                }),
-            )
+            ..world::Material::new(name, layers.resolve(pbr, &self.keys, cx))
         }
     }
 }

@@ -18,6 +18,7 @@ mod color;
 mod context;
 mod document;
 mod environment;
+mod layers;
 mod light;
 mod load;
 mod material;

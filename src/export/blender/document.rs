@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::arrays::Span;
+use super::{arrays::Span, layered::Curve};
 
 /// Rows of a matrix from object to world.
 pub type Matrix = [[f32; 4]; 4];
@@ -155,6 +155,7 @@ pub struct Material {
     /// Texture coordinates and tangents are those of a sphere, by its normal.
     pub sphere: bool,
     pub surface: Surface,
+    pub absorption: Option<Absorption>,
     pub emission: Option<Emission>,
     pub emission_sampling: &'static str,
     pub alpha: Option<Alpha>,
@@ -173,8 +174,82 @@ pub enum Surface {
     Glass { color: Color, roughness: Value, ior: f32 },
     SchlickGlass { color: Color, ior: f32 },
     Principled { color: Color, metallic: Value, roughness: Value, ior: f32, distribution: &'static str },
+    Layered(Box<Layered>),
+    SpecularGlossiness { diffuse: Color, specular: Color, glossiness: Value },
     Unlit { color: Color },
     Black,
+}
+
+/// As `principled`, with layers.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Layered {
+    pub color: Color,
+    pub metallic: Value,
+    pub roughness: Value,
+    pub ior: f32,
+    pub distribution: &'static str,
+    pub specular: Option<Specular>,
+    pub coat: Option<Coat>,
+    pub sheen: Option<Sheen>,
+    pub film: Option<Film>,
+    pub anisotropy: Option<Anisotropy>,
+    pub transmission: Option<Value>,
+    /// The surface refracts, and layers lie on its outside; else it is a wall without thickness.
+    pub solid: bool,
+    pub diffuse_transmission: Option<DiffuseTransmission>,
+    /// The share of light that layers leave to the wall and to diffuse transmission.
+    pub passed: Option<Curve>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Specular {
+    pub factor: Value,
+    pub tint: Color,
+    /// What the tint is clamped to.
+    pub most: f32,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Coat {
+    pub weight: Value,
+    pub roughness: Value,
+    /// None: that of the mesh.
+    pub normal: Option<NormalMap>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Sheen {
+    pub color: Color,
+    pub roughness: Value,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Film {
+    pub weight: Value,
+    pub ior: f32,
+    /// Nanometres where the texture is 0 and where it is 1; the latter without a texture.
+    pub thickness: [f32; 2],
+    pub thickness_texture: Option<Value>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Anisotropy {
+    pub strength: f32,
+    pub rotation: f32,
+    pub texture: Option<Lookup>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub struct DiffuseTransmission {
+    pub factor: Value,
+    pub color: Color,
+}
+
+/// What is inside absorbs density (1 − color) per metre.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Absorption {
+    pub color: [f32; 3],
+    pub density: f32,
 }
 
 #[derive(Debug, Serialize)]
@@ -184,6 +259,8 @@ pub struct Emission {
     pub two_sided: bool,
     /// A lamp of the same shape gives the light.
     pub camera_only: bool,
+    /// The share that layers above let out.
+    pub passed: Option<Curve>,
 }
 
 #[derive(Debug, Serialize)]
@@ -195,7 +272,7 @@ pub struct Alpha {
     pub cutoff: Option<f32>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 pub struct NormalMap {
     pub texture: Lookup,
     pub scale: f32,

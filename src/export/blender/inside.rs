@@ -5,16 +5,16 @@
 
 use glam::Vec3;
 
-use super::{camera, materials::shines};
+use super::{camera, layered, materials::shines};
 use crate::{
     export::note::Notes,
-    world::{Light, MaterialId, Surface, World},
+    world::{Light, MaterialId, World},
 };
 
 pub fn note(world: &World, notes: &mut Notes) {
     let glass = |id: MaterialId| {
         let material = world.model.materials.get(id.index());
-        material.filter(|m| matches!(m.surface, Surface::Dielectric { .. }))
+        material.filter(|m| layered::refracts(m))
     };
     let mut sources = emitters(world);
     sources.push(camera::position(&world.camera));
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
     use crate::world::{
         Camera, ColorInput, Environment, EnvironmentKind, Fresnel, Material, Model, Projection, ScalarInput,
-        Sphere,
+        Sphere, Surface,
     };
 
     #[test]

@@ -3,12 +3,13 @@
 use glam::Vec3;
 
 use super::{
-    document::{self, Alpha, Color, Emission, NormalMap, Surface, Value},
+    document::{self, Absorption, Alpha, Color, Emission, NormalMap, Surface, Value},
+    layered,
     textures::{Channels, Textures},
 };
 use crate::{
     export::{Error, fuzz, note::Notes},
-    world::{self, ColorInput, Fresnel, MaterialId, MetalFinish, Model, ScalarInput, Texels, TextureRef},
+    world::{self, ColorInput, Fresnel, MaterialId, MetalFinish, Model, ScalarInput, Texels},
 };
 
 /// What a material is put on.
@@ -61,34 +62,12 @@ impl<'a, 'b> Materials<'a, 'b> {
 
 impl Needs {
     pub fn add(&mut self, material: &world::Material) {
-        for texture in references(material) {
-            self.uvs[usize::from(texture.uv_set & 1)] = true;
-        }
+        material.clone().for_each_texture(&mut |texture| self.uvs[usize::from(texture.uv_set & 1)] = true);
         self.colors |= material.vertex_colors;
-        self.tangents |= material.normal.is_some();
+        let along = layered::of(material)
+            .is_some_and(|l| l.anisotropy.is_some() || l.clearcoat.is_some_and(|coat| coat.normal.is_some()));
+        self.tangents |= material.normal.is_some() || along;
     }
-}
-
-fn references(material: &world::Material) -> Vec<TextureRef> {
-    let (colors, values): (Vec<&ColorInput>, Vec<&ScalarInput>) = match &material.surface {
-        world::Surface::Diffuse { color } | world::Surface::Unlit { color } => (vec![color], vec![]),
-        world::Surface::Metal { color, finish: MetalFinish::Fuzz(_) } => (vec![color], vec![]),
-        world::Surface::Metal { color, finish: MetalFinish::Roughness { roughness, .. } } => {
-            (vec![color], vec![roughness])
-        }
-        world::Surface::Dielectric { roughness, tint, .. } => (vec![tint], vec![roughness]),
-        world::Surface::Pbr(pbr) => (vec![&pbr.base_color], vec![&pbr.metallic, &pbr.roughness]),
-        world::Surface::Black | world::Surface::Layered(_) | world::Surface::SpecularGlossiness(_) => {
-            (vec![], vec![])
-        }
-    };
-    let colors = colors.into_iter().chain(material.emission.as_ref().map(|e| &e.color));
-    let values = values.into_iter().chain([&material.coverage]);
-    colors
-        .filter_map(|c| c.texture)
-        .chain(values.filter_map(|v| v.texture.map(|(texture, _)| texture)))
-        .chain(material.normal.map(|n| n.texture))
-        .collect()
 }
 
 /// Whether a material gives light.
@@ -121,20 +100,20 @@ impl Conversion<'_, '_> {
                 strength: e.strength,
                 two_sided: e.two_sided,
                 camera_only: self.role == Role::LampBody,
+                passed: layered::of(material).and_then(layered::glow),
             }),
         };
-        let normal = match &material.normal {
-            Some(map) => {
-                let texture = self.textures.lookup(&map.texture, Channels::Color, self.notes)?;
-                texture.map(|texture| NormalMap { texture, scale: map.scale })
-            }
-            None => None,
-        };
+        let normal = self.normal(material.normal.as_ref())?;
+        let absorption = layered::of(material)
+            .and_then(|layered| layered.medium())
+            .and_then(layered::absorption)
+            .map(|(color, density)| Absorption { color, density });
         let bump_correction = self.bump_correction();
         Ok(document::Material {
             name: material.name.clone(),
             sphere: self.role != Role::Mesh,
             surface: self.surface()?,
+            absorption,
             emission,
             emission_sampling,
             alpha: self.alpha()?,
@@ -184,6 +163,9 @@ impl Conversion<'_, '_> {
             world::Surface::Dielectric { ior, fresnel, roughness, tint } => {
                 let (color, roughness) = (self.reflectance(tint)?, self.value(roughness)?);
                 let smooth = roughness.factor == 0.0;
+                if roughness.factor > layered::ROUGH {
+                    self.note(layered::ROUGH_GLASS);
+                }
                 match fresnel {
                     Fresnel::Schlick if smooth => Surface::SchlickGlass { color, ior: *ior },
                     _ => {
@@ -204,28 +186,115 @@ impl Conversion<'_, '_> {
                 distribution: distribution(pbr.multiscatter),
             },
             world::Surface::Unlit { color } => Surface::Unlit { color: self.light(color)? },
-            // `layers` has replaced those.
-            world::Surface::Black | world::Surface::Layered(_) | world::Surface::SpecularGlossiness(_) => {
-                Surface::Black
+            world::Surface::Layered(layered) => {
+                layered::differences(layered).into_iter().for_each(|text| self.note(text));
+                Surface::Layered(Box::new(self.layered(layered)?))
             }
+            world::Surface::SpecularGlossiness(surface) => Surface::SpecularGlossiness {
+                diffuse: self.reflectance(&surface.diffuse)?,
+                specular: Color { vertex: false, ..self.reflectance(&surface.specular)? },
+                glossiness: self.value(&surface.glossiness)?,
+            },
+            world::Surface::Black => Surface::Black,
         })
+    }
+
+    fn layered(&mut self, layered: &world::Layered) -> Result<document::Layered, Error> {
+        let pbr = &layered.pbr;
+        let specular = match &layered.specular {
+            None => None,
+            Some(specular) => Some(document::Specular {
+                factor: self.value(&specular.factor)?,
+                tint: self.plain(&specular.color)?,
+                most: layered::most_tint(pbr.ior),
+            }),
+        };
+        let coat = match &layered.clearcoat {
+            None => None,
+            Some(coat) => Some(document::Coat {
+                weight: self.value(&coat.factor)?,
+                roughness: self.value(&coat.roughness)?,
+                normal: self.normal(coat.normal.as_ref())?,
+            }),
+        };
+        let sheen = match &layered.sheen {
+            None => None,
+            Some(sheen) => Some(document::Sheen {
+                color: self.plain(&sheen.color)?,
+                roughness: self.value(&sheen.roughness)?,
+            }),
+        };
+        let film = match &layered.iridescence {
+            None => None,
+            Some(film) => {
+                let texture =
+                    film.thickness_texture.map(|texture| ScalarInput { factor: 1.0, texture: Some(texture) });
+                Some(document::Film {
+                    weight: self.value(&film.factor)?,
+                    ior: film.ior,
+                    thickness: film.thickness,
+                    thickness_texture: texture.map(|texture| self.value(&texture)).transpose()?,
+                })
+            }
+        };
+        let anisotropy = match &layered.anisotropy {
+            None => None,
+            Some(anisotropy) => Some(document::Anisotropy {
+                strength: anisotropy.strength,
+                rotation: anisotropy.rotation,
+                texture: match &anisotropy.texture {
+                    Some(texture) => self.textures.lookup(texture, Channels::Color, self.notes)?,
+                    None => None,
+                },
+            }),
+        };
+        let diffuse_transmission = match &layered.diffuse_transmission {
+            None => None,
+            Some(diffuse) => Some(document::DiffuseTransmission {
+                factor: self.value(&diffuse.factor)?,
+                color: self.plain(&diffuse.color)?,
+            }),
+        };
+        Ok(document::Layered {
+            color: self.reflectance(&pbr.base_color)?,
+            metallic: self.value(&pbr.metallic)?,
+            roughness: self.value(&pbr.roughness)?,
+            ior: pbr.ior.max(1.0 / pbr.ior),
+            distribution: if pbr.multiscatter { "MULTI_GGX" } else { "GGX" },
+            specular,
+            coat,
+            sheen,
+            film,
+            anisotropy,
+            transmission: layered.transmission.as_ref().map(|share| self.value(share)).transpose()?,
+            solid: layered.volume.is_some(),
+            diffuse_transmission,
+            passed: layered::passed(layered),
+        })
+    }
+
+    fn normal(&mut self, map: Option<&world::NormalMap>) -> Result<Option<NormalMap>, Error> {
+        let Some(map) = map else { return Ok(None) };
+        let texture = self.textures.lookup(&map.texture, Channels::Color, self.notes)?;
+        Ok(texture.map(|texture| NormalMap { texture, scale: map.scale }))
     }
 
     /// Cycles has both halves of it or none: normals that mirror outwards, as here, and less light from near the
     /// horizon of the true surface, as not here (35 % at an elevation of 10° under a map that leans by 35°).
     fn bump_correction(&mut self) -> bool {
-        if self.material.normal.is_none() {
+        let coat = layered::of(self.material).and_then(|layered| layered.clearcoat);
+        if self.material.normal.is_none() && coat.is_none_or(|coat| coat.normal.is_none()) {
             return false;
         }
         let metallic = match &self.material.surface {
             world::Surface::Metal { .. } => true,
             world::Surface::Pbr(pbr) => pbr.metallic.factor > 0.0,
+            world::Surface::Layered(layered) => layered.pbr.metallic.factor > 0.0,
+            world::Surface::SpecularGlossiness(surface) => surface.specular.factor.max_element() > 0.2,
             world::Surface::Dielectric { .. }
             | world::Surface::Diffuse { .. }
             | world::Surface::Unlit { .. }
-            | world::Surface::Black
-            | world::Surface::Layered(_)
-            | world::Surface::SpecularGlossiness(_) => return false,
+            | world::Surface::Black => return false,
         };
         self.note(match metallic {
             true => "under the normal map Cycles dims light that grazes the true surface (bump map correction on)",
@@ -261,6 +330,11 @@ impl Conversion<'_, '_> {
         }
         let clamp = color.vertex || input.factor.max_element() > 1.0 || self.is_float(input);
         Ok(Color { clamp, ..color })
+    }
+
+    /// A colour that vertex colours do not multiply.
+    fn plain(&mut self, input: &ColorInput) -> Result<Color, Error> {
+        Ok(Color { vertex: false, ..self.light(input)? })
     }
 
     /// A colour that may be greater than 1.

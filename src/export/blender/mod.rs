@@ -8,7 +8,7 @@
 //! | emissive ones | a lamp of the same radius; the sphere itself shines for camera rays alone |
 //! | glass ones | triangles |
 //! | intensity in W/sr | power in W: [`lights`] |
-//! | materials | nodes: [`materials`]; fuzz as Beckmann's facets: [`fuzz`](super::fuzz) |
+//! | materials | nodes: [`materials`], layers: [`layered`]; fuzz as Beckmann's facets: [`fuzz`](super::fuzz) |
 //! | tangents | attributes under the name that the Normal Map node would give its own |
 
 mod arrays;
@@ -16,6 +16,7 @@ mod axes;
 mod camera;
 mod document;
 mod inside;
+mod layered;
 mod lights;
 mod materials;
 mod meshes;

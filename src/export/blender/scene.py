@@ -381,8 +381,12 @@ def build_material(spec, images):
         back = graph.node("ShaderNodeNewGeometry").outputs["Backfacing"]
         camera = graph.node("ShaderNodeLightPath").outputs["Is Camera Ray"]
         shader = graph.mix_shader(graph.math("MULTIPLY", back, camera), shader, transparent(graph))
-    graph.finish("ShaderNodeOutputMaterial", shader)
+    graph.finish("ShaderNodeOutputMaterial", shader, absorption(graph, spec["absorption"]))
     return material
+
+
+def absorption(graph, spec):
+    return graph.node("ShaderNodeVolumeAbsorption", Color=spec["color"], Density=spec["density"]) if spec else None
 
 
 def transparent(graph):
@@ -407,6 +411,8 @@ def emission(graph, inputs, spec):
     if spec["camera_only"]:
         camera = graph.node("ShaderNodeLightPath").outputs["Is Camera Ray"]
         strength = graph.math("MULTIPLY", camera, strength)
+    if spec["passed"]:
+        strength = graph.math("MULTIPLY", inputs.by_angle(spec["passed"]), strength)
     return graph.node("ShaderNodeEmission", Color=inputs.color(spec["color"]), Strength=strength)
 
 
@@ -455,6 +461,11 @@ def schlick_glass(graph, inputs, spec):
     return graph.mix_shader(share, refraction, graph.node("ShaderNodeBsdfAnisotropic", **settings))
 
 
+# Without layers, and with Schlick's edge for metals: white.
+PLAIN = {f"{name} Weight": 0 for name in ("Subsurface", "Transmission", "Coat", "Sheen")}
+PLAIN.update({"Specular IOR Level": 0.5, "Specular Tint": (1, 1, 1), "Anisotropic": 0, "Emission Strength": 0})
+
+
 def principled(graph, inputs, spec):
     settings = {
         "Base Color": inputs.color(spec["color"]),
@@ -463,11 +474,152 @@ def principled(graph, inputs, spec):
         "IOR": spec["ior"],
         "Normal": inputs.normal(),
     }
-    # Without these layers, and with Schlick's edge for metals: white.
-    for name in ("Subsurface", "Transmission", "Coat", "Sheen"):
-        settings[f"{name} Weight"] = 0
-    settings.update({"Specular IOR Level": 0.5, "Specular Tint": (1, 1, 1), "Anisotropic": 0, "Emission Strength": 0})
-    return graph.node("ShaderNodeBsdfPrincipled", settings, distribution=spec["distribution"])
+    return graph.node("ShaderNodeBsdfPrincipled", {**PLAIN, **settings}, distribution=spec["distribution"])
+
+
+def specular_glossiness(graph, inputs, spec):
+    """A dielectric that reflects `specular` head on, all at grazing angles, over diffuse (1 − max specular)."""
+    specular = inputs.color(spec["specular"])
+    if isinstance(specular, list):
+        greatest = max(specular)
+    else:
+        r, g, b = graph.split(specular)
+        greatest = graph.math("MAXIMUM", graph.math("MAXIMUM", r, g), b)
+    settings = {
+        "Base Color": graph.times_color(inputs.color(spec["diffuse"]), graph.rest(greatest)),
+        "Metallic": 0,
+        "Roughness": graph.rest(inputs.value(spec["glossiness"])),
+        "IOR": 1.5,
+        "Specular Tint": graph.times_color(specular, 25),  # of 0.04
+        "Normal": inputs.normal(),
+    }
+    return graph.node("ShaderNodeBsdfPrincipled", {**PLAIN, **settings}, distribution="MULTI_GGX")
+
+
+def layered(graph, inputs, spec):
+    return Layered(graph, inputs, spec).shader()
+
+
+class Layered:
+    """Principled, once for each part that layers mix, and what it has no sockets for added to it."""
+
+    def __init__(self, graph, inputs, spec):
+        self.graph, self.inputs, self.spec = graph, inputs, spec
+        self.color = inputs.color(spec["color"])
+        self.settings = {**PLAIN, "IOR": spec["ior"], "Normal": inputs.normal(), **self.roughness()}
+        self.settings.update(self.coat())
+        self.settings.update(self.sheen())
+
+    def shader(self):
+        graph, spec = self.graph, self.spec
+        metallic, through = self.inputs.value(spec["metallic"]), self.share(spec["transmission"])
+        scattered = self.share(spec["diffuse_transmission"] and spec["diffuse_transmission"]["factor"])
+        if is_number(through, 0) and is_number(scattered, 0):
+            return self.part(self.color, metallic)
+        if is_number(metallic, 1):
+            return self.part(self.color, 1)
+        wall, solid = (0, through) if spec["solid"] else (through, 0)
+        below = graph.times(graph.rest(wall), graph.rest(scattered))
+        dielectric = self.part(graph.times_color(self.color, below), 0)
+        if not is_number(scattered, 0):
+            share = graph.times(scattered, graph.rest(wall))
+            color = self.passing(self.inputs.color(spec["diffuse_transmission"]["color"]), share)
+            behind = graph.node("ShaderNodeBsdfTranslucent", Color=color, Normal=self.inputs.normal())
+            dielectric = graph.node("ShaderNodeAddShader", {0: dielectric, 1: behind})
+        if not is_number(wall, 0):
+            color = self.passing(self.color, wall)
+            straight = graph.node("ShaderNodeBsdfRefraction", Color=color, IOR=1, Roughness=0)
+            dielectric = graph.node("ShaderNodeAddShader", {0: dielectric, 1: straight})
+        if not is_number(solid, 0):
+            # Principled tints by the root of its colour at each boundary.
+            glass = self.part(graph.times_color(self.color, self.color), 0, transmission=1)
+            dielectric = graph.blend(solid, dielectric, glass)
+        return graph.blend(metallic, dielectric, None if is_number(metallic, 0) else self.part(self.color, 1))
+
+    def part(self, color, metallic, transmission=0):
+        spec, graph = self.spec, self.graph
+        settings = {**self.settings, "Base Color": color, "Metallic": metallic, "Transmission Weight": transmission}
+        node = lambda more: graph.node("ShaderNodeBsdfPrincipled", {**settings, **more}, distribution=spec["distribution"])
+        specular, film = spec["specular"], spec["film"]
+        factor = self.share(specular["factor"]) if specular else 1
+        bare, filmed = {}, {}
+        if film:
+            filmed = {"Thin Film IOR": film["ior"], "Thin Film Thickness": self.thickness(film)}
+        if specular:
+            tint = self.inputs.color(specular["tint"])
+            whole = graph.at_most(tint, specular["most"])
+            scaled = graph.times_color(whole, factor)
+            filmed["Specular Tint"] = scaled
+            bare["Specular Tint"] = scaled if transmission else whole
+        weight = self.share(film["weight"]) if film else 0
+        shader = None
+        if not is_number(weight, 1):
+            shader = node(bare)
+            if not transmission and not is_number(metallic, 1) and not is_number(factor, 1):
+                shader = graph.blend(factor, node({**bare, "Specular IOR Level": 0}), shader)
+        return graph.blend(weight, shader, None if is_number(weight, 0) else node(filmed))
+
+    def share(self, spec):
+        return self.inputs.value(spec) if spec else 0
+
+    def thickness(self, film):
+        thin, thick = film["thickness"]
+        if not film["thickness_texture"]:
+            return thick
+        return self.graph.math("MULTIPLY_ADD", self.inputs.value(film["thickness_texture"]), thick - thin, thin)
+
+    def coat(self):
+        spec = self.spec["coat"]
+        if not spec:
+            return {}
+        return {
+            "Coat Weight": self.outside(self.inputs.value(spec["weight"])),
+            "Coat Roughness": self.inputs.value(spec["roughness"]),
+            "Coat IOR": 1.5,
+            "Coat Tint": (1, 1, 1),
+            "Coat Normal": self.inputs.make_normal(spec["normal"]) if spec["normal"] else None,
+        }
+
+    def sheen(self):
+        spec = self.spec["sheen"]
+        if not spec:
+            return {}
+        roughness = self.inputs.value(spec["roughness"])
+        return {"Sheen Weight": self.outside(1), "Sheen Roughness": roughness, "Sheen Tint": self.inputs.color(spec["color"])}
+
+    def outside(self, weight):
+        """Of a solid: not met from within."""
+        if not (self.spec["solid"] and (self.spec["transmission"] or self.spec["diffuse_transmission"])):
+            return weight
+        back = self.graph.node("ShaderNodeNewGeometry").outputs["Backfacing"]
+        return self.graph.times(weight, self.graph.rest(back))
+
+    def passing(self, color, share):
+        """What layers above leave of a share of a colour."""
+        share = self.graph.times(share, self.inputs.by_angle(self.spec["passed"]))
+        return self.graph.times_color(color, share)
+
+    def roughness(self):
+        """α = roughness². Along the direction of anisotropy it is α + (1 − α) strength², across α. Cycles has α/aspect and
+        α aspect, aspect² = 1 − 0.9 anisotropy."""
+        roughness, spec, graph = self.inputs.value(self.spec["roughness"]), self.spec["anisotropy"], self.graph
+        if not spec:
+            return {"Roughness": roughness}
+        strength, x, y = spec["strength"], math.cos(spec["rotation"]), math.sin(spec["rotation"])
+        if spec["texture"]:
+            u, v, blue = graph.split(self.inputs.texel(spec["texture"]).outputs["Color"])
+            strength = graph.math("MULTIPLY", blue, strength)
+            u, v = (graph.math("MULTIPLY_ADD", c, 2, -1) for c in (u, v))
+            turned = lambda a, b: graph.math("ADD", graph.math("MULTIPLY", u, a), graph.math("MULTIPLY", v, b))
+            x, y = turned(x, -y), turned(y, x)
+        narrow = graph.at_least(graph.times(roughness, roughness), 1e-4)
+        wide = graph.plus(narrow, graph.times(graph.rest(narrow), graph.times(strength, strength)))
+        if is_number(narrow) and is_number(wide):
+            stretch, mean = min((1 - narrow / wide) / 0.9, 1), (narrow * wide) ** 0.25
+        else:
+            stretch = graph.math("DIVIDE", graph.rest(graph.math("DIVIDE", narrow, wide)), 0.9, clamp=True)
+            mean = graph.math("POWER", graph.math("MULTIPLY", narrow, wide), 0.25)
+        return {"Roughness": mean, "Anisotropic": stretch, "Anisotropic Rotation": 0, "Tangent": self.inputs.along(x, y)}
 
 
 def unlit(graph, inputs, spec):
@@ -486,6 +638,8 @@ SURFACES = {
     "glass": glass,
     "schlick_glass": schlick_glass,
     "principled": principled,
+    "layered": layered,
+    "specular_glossiness": specular_glossiness,
     "unlit": unlit,
     "black": black,
 }
@@ -585,17 +739,57 @@ class Inputs:
         polar = graph.math("ARCCOSINE", graph.math("MINIMUM", graph.math("MAXIMUM", z, -1), 1))
         return graph.join(u, graph.math("MULTIPLY_ADD", polar, -1 / math.pi, 1), 0)
 
-    def normal(self):
-        return self.once("normal", self.make_normal) if self.spec["normal"] else None
+    def compass(self):
+        """Of a sphere: where u and v grow."""
 
-    def make_normal(self):
-        graph, spec = self.graph, self.spec["normal"]
+        def make():
+            outward = self.outward()[0]
+            east = self.graph.vector("NORMALIZE", self.graph.vector("CROSS_PRODUCT", (0, 0, 1), outward))
+            return east, self.graph.vector("CROSS_PRODUCT", outward, east)
+
+        return self.once("compass", make)
+
+    def along(self, x, y):
+        """The direction of these components along tangent and bitangent."""
+        graph = self.graph
+        if self.spec["sphere"]:
+            tangent, bitangent = self.compass()
+        else:
+            tangent = graph.node("ShaderNodeTangent", direction_type="UV_MAP", uv_map="Given").outputs["Tangent"]
+            geometry = graph.node("ShaderNodeNewGeometry")
+            side = graph.math("MULTIPLY_ADD", geometry.outputs["Backfacing"], -2, 1)
+            sign = graph.node("ShaderNodeAttribute", attribute_name="Given.tangent_sign").outputs["Fac"]
+            bitangent = graph.vector("CROSS_PRODUCT", geometry.outputs["Normal"], tangent)
+            bitangent = graph.vector("SCALE", bitangent, graph.math("MULTIPLY", side, sign))
+        return graph.vector("ADD", graph.vector("SCALE", tangent, x), graph.vector("SCALE", bitangent, y))
+
+    def by_angle(self, points):
+        """A curve over √cos θ of the view."""
+        graph = self.graph
+        geometry = graph.node("ShaderNodeNewGeometry")
+        cos = graph.vector("DOT_PRODUCT", self.normal() or geometry.outputs["Normal"], geometry.outputs["Incoming"])
+        root = graph.math("SQRT", graph.math("ABSOLUTE", cos))
+        node = graph.node("ShaderNodeFloatCurve", Value=root, Factor=1)
+        curve = node.mapping.curves[0]
+        while len(curve.points) < len(points):
+            curve.points.new(0.5, 0.5)
+        for i, y in enumerate(points):
+            curve.points[i].location = (i / (len(points) - 1), y)
+            curve.points[i].handle_type = "VECTOR"
+        node.mapping.update()
+        return node.outputs["Value"]
+
+    def normal(self):
+        spec = self.spec["normal"]
+        return self.once("normal", lambda: self.make_normal(spec)) if spec else None
+
+    def make_normal(self, spec):
+        graph = self.graph
         texel, scale = self.texel(spec["texture"]).outputs["Color"], spec["scale"]
         if self.spec["sphere"]:
             outward, side = self.outward()
             x, y, z = graph.split(graph.vector("MULTIPLY_ADD", texel, (2 * scale, 2 * scale, 2), (-scale, -scale, -1)))
-            east = graph.vector("NORMALIZE", graph.vector("CROSS_PRODUCT", (0, 0, 1), outward))
-            north = graph.vector("CROSS_PRODUCT", outward, east)
+            east, north = self.compass()
             bent = graph.vector("SCALE", outward, z)
             for axis, share in ((east, x), (north, y)):
                 bent = graph.vector("ADD", graph.vector("SCALE", axis, share), bent)
@@ -604,6 +798,10 @@ class Inputs:
             shift = 0.5 - 0.5 * scale
             texel = graph.vector("MULTIPLY_ADD", texel, (scale, scale, 1), (shift, shift, 0))
         return graph.node("ShaderNodeNormalMap", space="TANGENT", uv_map="Given", Color=texel).outputs["Normal"]
+
+
+def is_number(value, number=None):
+    return isinstance(value, (int, float)) and (number is None or value == number)
 
 
 class Graph:
@@ -664,10 +862,50 @@ class Graph:
     def mix_shader(self, share, a, b):
         return self.node("ShaderNodeMixShader", {0: share, 1: a, 2: b})
 
-    def finish(self, kind, shader):
+    # Numbers stay numbers where all operands are.
+
+    def times(self, a, b):
+        for one, other in ((a, b), (b, a)):
+            if is_number(one, 1):
+                return other
+        return a * b if is_number(a) and is_number(b) else self.math("MULTIPLY", a, b)
+
+    def plus(self, a, b):
+        return a + b if is_number(a) and is_number(b) else self.math("ADD", a, b)
+
+    def rest(self, a):
+        return 1 - a if is_number(a) else self.math("SUBTRACT", 1, a)
+
+    def at_least(self, a, least):
+        return max(a, least) if is_number(a) else self.math("MAXIMUM", a, least)
+
+    def at_most(self, color, most):
+        if isinstance(color, list):
+            return [min(c, most) for c in color]
+        return self.vector("MINIMUM", color, (most, most, most))
+
+    def times_color(self, color, factor):
+        """By a number or by a colour."""
+        if is_number(factor, 1):
+            return color
+        if isinstance(color, list) and isinstance(factor, list):
+            return [a * b for a, b in zip(color, factor)]
+        if isinstance(color, list) and is_number(factor):
+            return [a * factor for a in color]
+        if is_number(factor):
+            factor = (factor, factor, factor)
+        return self.vector("MULTIPLY", color, factor)
+
+    def blend(self, share, a, b):
+        """Of shaders, of which only those needed have to be there."""
+        return a if is_number(share, 0) else b if is_number(share, 1) else self.mix_shader(share, a, b)
+
+    def finish(self, kind, shader, volume=None):
         output = self.node(kind)
         if shader is not None:
             self.feed(output.inputs["Surface"], shader)
+        if volume is not None:
+            self.feed(output.inputs["Volume"], volume)
         self.arrange(output)
 
     def arrange(self, output):

@@ -10,13 +10,13 @@ use glam::Vec3;
 use super::{
     Placed, axes, camera,
     document::{Instance, Points},
-    lights,
+    layered, lights,
     materials::{Materials, Needs, Role, shines},
     meshes,
 };
 use crate::{
     export::{Error, note::Notes},
-    world::{Alpha, Material, MaterialId, Sphere, Surface, World},
+    world::{Alpha, Material, MaterialId, Sphere, World},
 };
 
 /// Radius of a lamp's body over that of the lamp.
@@ -79,7 +79,7 @@ pub fn place(
 
 /// As a point, if it can be one.
 fn role(material: &Material) -> Option<Role> {
-    let opaque = material.alpha == Alpha::Opaque && !matches!(material.surface, Surface::Dielectric { .. });
+    let opaque = material.alpha == Alpha::Opaque && !layered::lets_through(material);
     let textured = material.emission.is_some_and(|e| e.color.texture.is_some());
     match (opaque, shines(material)) {
         (false, _) => None,

@@ -107,6 +107,26 @@ const CASES: &[(&str, &[Expected])] = &[
         "[materials.a]\ntype = \"pbr\"\nmetallic = 2\nnormal = { scale = 1 }\n",
         &[(3, 12, "at most 1"), (4, 10, "`image` is missing")],
     ),
+    (
+        "[materials.a]\ntype = \"pbr\"\nclearcoat = 1\nsheen = { roughnes = 1 }\ntransmision = 1\n",
+        &[
+            (3, 13, "must be a table"),
+            (4, 11, "did you mean `roughness`?"),
+            (5, 1, "did you mean `transmission`?"),
+        ],
+    ),
+    (
+        "[materials.a]\ntype = \"pbr\"\ntransmission = 2\nvolume = { attenuation_color = 2, attenuation_distance = 0 }\nabbe_number = 0.5\n",
+        &[(3, 16, "at most 1"), (4, 32, "at most 1"), (4, 58, "greater than 0"), (5, 15, "at least 1")],
+    ),
+    (
+        "[materials.a]\ntype = \"pbr\"\niridescence = { ior = 0.9, thickness = -1 }\nanisotropy = { strength = 2, rotation = 400 }\n",
+        &[(3, 23, "at least 1"), (3, 40, "at least 0"), (4, 27, "at most 1"), (4, 41, "at most 360")],
+    ),
+    (
+        "[materials.a.specular]\nfactor = -1\n[materials.a]\ntype = \"pbr\"\nclearcoat = { normal = {} }\n",
+        &[(2, 10, "at least 0"), (5, 24, "`image` is missing")],
+    ),
     // Shapes.
     ("[[sphere]]\nradius = -1\nmaterial = \"a\"\n", &[(2, 10, "greater than 0"), (3, 12, "[materials.a]")]),
     ("[[sphere]]\nradius = 0\n", &[(1, 1, "`material` is missing"), (2, 10, "greater than 0")]),

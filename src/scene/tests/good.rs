@@ -7,7 +7,7 @@ use crate::{
     output::{Depth, View},
     render::{Bounces, FilterKind, Settings},
     scene::{CameraSource, EnvironmentSourceKind, Lens},
-    world::{Alpha, Fresnel, Light, MetalFinish, Projection, Surface},
+    world::{self, Alpha, ColorInput, Fresnel, Light, MetalFinish, Projection, ScalarInput, Surface},
 };
 
 #[test]
@@ -49,6 +49,64 @@ fn every_key_arrives() {
     let paint = scene.materials.iter().find(|material| material.name == "paint").expect("is there");
     assert!(paint.alpha == Alpha::Blend && paint.coverage.factor == 0.5 && paint.emission.is_none());
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+#[test]
+fn every_layer_arrives() {
+    let scene = good(GOOD);
+    let layered = |name: &str| {
+        let material = scene.materials.iter().find(|material| material.name == name).expect("is there");
+        let Surface::Layered(layered) = &material.surface else { panic!("{:?}", material.surface) };
+        **layered
+    };
+    let (constant, color) = (ScalarInput::constant, |x, y, z| ColorInput::constant(Vec3::new(x, y, z)));
+    let car = layered("car");
+    let specular = world::SpecularLevel { factor: constant(0.9), color: color(1.5, 1.0, 1.0) };
+    assert_eq!(car.specular, Some(specular));
+    let clearcoat = world::Clearcoat { factor: constant(0.8), roughness: constant(0.1), normal: None };
+    assert_eq!(car.clearcoat, Some(clearcoat));
+    let sheen = car.sheen.expect("is there");
+    assert!((sheen.color.factor.x - 0.2158605).abs() < 1e-6 && sheen.roughness == constant(0.3));
+    let iridescence = world::Iridescence {
+        factor: constant(0.7),
+        ior: 1.4,
+        thickness: [350.0; 2],
+        thickness_texture: None,
+    };
+    assert_eq!(car.iridescence, Some(iridescence));
+    let anisotropy = world::Anisotropy { strength: 0.6, rotation: PI / 4.0, texture: None };
+    assert_eq!(car.anisotropy, Some(anisotropy));
+    assert_eq!(
+        (car.transmission, car.volume, car.dispersion, car.diffuse_transmission),
+        (None, None, 0.0, None)
+    );
+    let jade = layered("jade");
+    let volume = world::Volume { attenuation_color: Vec3::new(0.2, 0.8, 0.4), attenuation_distance: 0.05 };
+    assert_eq!((jade.transmission, jade.volume, jade.dispersion), (Some(constant(0.9)), Some(volume), 0.5));
+    let diffuse = world::DiffuseTransmission { factor: constant(0.25), color: color(0.5, 0.5, 0.5) };
+    assert_eq!(jade.diffuse_transmission, Some(diffuse));
+}
+
+/// A layer that is named and nothing more is there whole, but for its normal map and its absorption.
+#[test]
+fn layers_have_defaults() {
+    let layers = "specular = {}\nclearcoat = {}\nsheen = {}\ntransmission = 1\nvolume = {}\niridescence = {}\n\
+                  anisotropy = {}\ndiffuse_transmission = {}\n";
+    let scene = good(&format!("[materials.a]\ntype = \"pbr\"\n{layers}"));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let Surface::Layered(layered) = &scene.materials[0].surface else { panic!("is layered") };
+    let factors = [
+        layered.specular.map(|l| l.factor),
+        layered.clearcoat.map(|l| l.factor),
+        layered.iridescence.map(|l| l.factor),
+        layered.diffuse_transmission.map(|l| l.factor),
+    ];
+    assert_eq!(factors, [Some(ScalarInput::constant(1.0)); 4]);
+    assert_eq!(layered.anisotropy.map(|l| (l.strength, l.rotation)), Some((1.0, 0.0)));
+    assert_eq!(layered.sheen.map(|l| l.color), Some(ColorInput::constant(Vec3::ONE)));
+    assert_eq!(layered.volume.map(|v| v.absorption()), Some(Vec3::ZERO));
+    let scene = good("[materials.a]\ntype = \"pbr\"\nior = 1.4\n");
+    assert!(matches!(scene.materials[0].surface, Surface::Pbr(_)));
 }
 
 #[test]
@@ -188,4 +246,26 @@ fn suspicious_things_are_warned_of() {
     );
     let messages: Vec<_> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
     assert_eq!(messages.len(), 2, "{messages:?}");
+}
+
+#[test]
+fn layers_that_do_nothing_are_warned_of() {
+    for (layers, expected) in [
+        ("volume = {}\n", "`volume` has no effect"),
+        ("volume = {}\ntransmission = 0\n", "`volume` has no effect"),
+        ("transmission = 1\nabbe_number = 30\n", "`abbe_number` has no effect"),
+        (
+            "transmission = 1\nvolume = { attenuation_color = 0.5 }\n",
+            "`attenuation_color` has no effect without",
+        ),
+        ("sheen = { color = [2, 1, 1] }\n", "reflects more light than arrives"),
+        ("diffuse_transmission = { color = 255 }\n", "reflects more light than arrives"),
+    ] {
+        let scene = good(&format!("[materials.a]\ntype = \"pbr\"\n{layers}"));
+        let messages: Vec<_> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
+        assert!(messages.len() == 1 && messages[0].contains(expected), "{layers}: {messages:?}");
+    }
+    let fine = "volume = {}\ndiffuse_transmission = { factor = 0.5 }\nspecular = { color = 2 }\n";
+    let scene = good(&format!("[materials.a]\ntype = \"pbr\"\n{fine}"));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
 }

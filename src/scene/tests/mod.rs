@@ -66,6 +66,19 @@ base_color = [0.8, 0.1, 0.1]
 metallic = 0.5
 roughness = 0.2
 opacity = 0.5
+[materials.car]
+type = "pbr"
+specular = { factor = 0.9, color = [1.5, 1, 1] }
+clearcoat = { factor = 0.8, roughness = 0.1 }
+sheen = { color = "#804020", roughness = 0.3 }
+iridescence = { factor = 0.7, ior = 1.4, thickness = 350 }
+anisotropy = { strength = 0.6, rotation = 45 }
+[materials.jade]
+type = "pbr"
+transmission = 0.9
+volume = { attenuation_color = [0.2, 0.8, 0.4], attenuation_distance = 0.05 }
+abbe_number = 40
+diffuse_transmission = { factor = 0.25, color = 0.5 }
 [materials.sign]
 type = "unlit"
 color = "#f00"
