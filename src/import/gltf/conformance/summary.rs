@@ -170,10 +170,15 @@ where
             }
         };
         match plain {
-            // Without gaps: the common case, which is as fast as memory.
+            // Without gaps, as most data is.
             Some((bytes, stride)) if stride == N * B => {
-                let bytes =
-                    bytes.get(range.start * stride..(range.end * stride).min(bytes.len())).unwrap_or(&[]);
+                let end = (range.end * stride).min(bytes.len());
+                let bytes = bytes.get(range.start * stride..end).unwrap_or(&[]);
+                if measure == Measure::Bounds
+                    && let Some([low, high]) = bounds(bytes.as_chunks().0, kind)
+                {
+                    return Found { low, high, ..nothing };
+                }
                 let elements = bytes.as_chunks::<B>().0.as_chunks::<N>().0;
                 for (i, components) in range.zip(elements) {
                     look(i, kind.values(components));
@@ -201,6 +206,44 @@ where
         not_finite: found.not_finite,
         amiss: found.amiss,
     }
+}
+
+/// Components that are looked at side by side: the least common multiple of 1, 2, 3, 4 and 8, for vector instructions.
+const LANES: usize = 24;
+
+/// The least and greatest of each component of elements without gaps, as fast as memory; `None` if any is not finite.
+fn bounds<const N: usize, const B: usize, T, R, F>(
+    components: &[[u8; B]],
+    kind: &Kind<T, R, F>,
+) -> Option<[[T; N]; 2]>
+where
+    T: PartialOrd + Copy,
+    R: Fn([u8; B]) -> T,
+    F: Fn(T) -> bool,
+{
+    if !LANES.is_multiple_of(N) {
+        return None;
+    }
+    let (mut lows, mut highs) = ([kind.ends[1]; LANES], [kind.ends[0]; LANES]);
+    let mut amiss = [0u32; LANES];
+    let mut look = |group: &[[u8; B]]| {
+        for (lane, component) in group.iter().enumerate().take(LANES) {
+            let value = (kind.read)(*component);
+            lows[lane] = if value < lows[lane] { value } else { lows[lane] };
+            highs[lane] = if value > highs[lane] { value } else { highs[lane] };
+            amiss[lane] |= u32::from(!(kind.is_finite)(value));
+        }
+    };
+    let (groups, rest) = components.as_chunks::<LANES>();
+    groups.iter().for_each(|group| look(group));
+    look(rest);
+    let (mut low, mut high) = ([kind.ends[1]; N], [kind.ends[0]; N]);
+    for lane in 0..LANES {
+        let c = lane % N;
+        low[c] = if lows[lane] < low[c] { lows[lane] } else { low[c] };
+        high[c] = if highs[lane] > high[c] { highs[lane] } else { high[c] };
+    }
+    amiss.iter().all(|&amiss| amiss == 0).then_some([low, high])
 }
 
 impl Measure {
