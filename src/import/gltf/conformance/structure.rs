@@ -48,7 +48,7 @@ impl Walk<'_> {
         let Some(object) = SCHEMA.objects.get(name) else { return };
         for (key, property) in &object.properties {
             match members.get(key) {
-                Some(value) => self.below(key, |walk| walk.property(key, property, value, members)),
+                Some(value) => self.below(key, |walk| walk.property(property, value, members)),
                 None => {
                     let by = property.required_by.as_ref().and_then(|by| members.get(by));
                     if property.required || by.and_then(Value::as_str) == Some(key) {
@@ -91,14 +91,14 @@ impl Walk<'_> {
         }
     }
 
-    fn property(&mut self, key: &str, property: &Property, value: &Value, members: &Map<String, Value>) {
+    fn property(&mut self, property: &Property, value: &Value, members: &Map<String, Value>) {
         if let Some(with) = property.with.as_ref().filter(|with| !members.contains_key(*with)) {
             self.add("properties without what they need", format!("is there without `{with}`"));
         }
         if let Some(other) = property.not_with.iter().find(|other| members.contains_key(*other)) {
             self.add("properties that exclude each other", format!("is there beside `{other}`"));
         }
-        self.value(key, &property.shape, &property.limits, value);
+        self.value(&property.shape, &property.limits, value);
         let items = list(Some(value));
         if property.unique {
             let mut met = HashSet::new();
@@ -110,13 +110,13 @@ impl Walk<'_> {
         }
         if property.unit {
             let length = items.iter().filter_map(Value::as_f64).map(|x| x * x).sum::<f64>().sqrt();
-            if !items.is_empty() && !((length - 1.0).abs() <= UNIT_TOLERANCE) {
+            if !items.is_empty() && (length - 1.0).abs() > UNIT_TOLERANCE {
                 self.add("vectors that are not of length 1", format!("has length {length:.4}, not 1"));
             }
         }
     }
 
-    fn value(&mut self, key: &str, shape: &Shape, limits: &[Limit], value: &Value) {
+    fn value(&mut self, shape: &Shape, limits: &[Limit], value: &Value) {
         match (shape, value) {
             (Shape::Any, _) | (Shape::Boolean, Value::Bool(_)) => {}
             (Shape::Object(name), Value::Object(members)) => self.object(name, members),
@@ -130,7 +130,7 @@ impl Walk<'_> {
                     self.add("lengths of arrays", message);
                 }
                 for (i, item) in items.iter().enumerate() {
-                    self.below(&i.to_string(), |walk| walk.value(key, inner, limits, item));
+                    self.below(&i.to_string(), |walk| walk.value(inner, limits, item));
                 }
             }
             (Shape::Map(inner), Value::Object(members)) => {
@@ -138,7 +138,7 @@ impl Walk<'_> {
                     return self.add("empty arrays and objects", "is empty");
                 }
                 for (name, member) in members {
-                    self.below(name, |walk| walk.value(key, inner, limits, member));
+                    self.below(name, |walk| walk.value(inner, limits, member));
                 }
             }
             (Shape::Index(section), _) => match (whole(value), section) {
