@@ -44,10 +44,13 @@ fn texture_sets(material: &Value) -> Vec<(&str, u64)> {
     objects.flat_map(textures).collect()
 }
 
+/// Both sets of a texture whose KHR_texture_transform names another: readers without the extension take its own.
 fn textures(object: &Map<String, Value>) -> impl Iterator<Item = (&str, u64)> {
     let slots = object.iter().filter(|(key, slot)| key.ends_with("Texture") && slot.get("index").is_some());
-    slots.map(|(key, slot)| {
+    slots.flat_map(|(key, slot)| {
+        let own = slot.get("texCoord").map_or(Some(0), whole);
         let moved = extension(slot, "KHR_texture_transform").and_then(|transform| transform.get("texCoord"));
-        (key.as_str(), moved.or(slot.get("texCoord")).and_then(whole).unwrap_or(0))
+        let moved = moved.and_then(whole).filter(|moved| Some(*moved) != own);
+        own.into_iter().chain(moved).map(|set| (key.as_str(), set))
     })
 }

@@ -76,7 +76,8 @@ fn is_decomposable(m: &[f64; 16]) -> bool {
     let axes = [0, 1, 2].map(|c| column(c).normalize_or_zero());
     let determinant = DMat3::from_cols(column(0), column(1), column(2)).determinant();
     let upright = [(0, 1), (1, 2), (2, 0)].iter().all(|&(a, b)| axes[a].dot(axes[b]).abs() <= SKEW);
-    [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] && upright && determinant != 0.0
+    let is_finite = m.iter().all(|&value| (value as f32).is_finite());
+    is_finite && [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] && upright && determinant != 0.0
 }
 
 /// Where each node stands in the hierarchy.
