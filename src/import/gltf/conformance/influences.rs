@@ -17,7 +17,7 @@ use crate::import::gltf::{
 /// Sets that are looked at.
 const MAX_SETS: usize = 8;
 /// Vertices times sets of all meshes together that are looked at.
-const MAX_INFLUENCES: usize = 1 << 27;
+const MAX_INFLUENCES: usize = 1 << 25;
 const BLOCK: usize = 1 << 14;
 /// Rounding of each weight that is not zero.
 const ROUNDING: f64 = 2e-7;
