@@ -59,6 +59,20 @@ impl Diagnostic {
         self.help = Some(help.into());
         self
     }
+
+    /// Where it is: the file, with the line or the JSON pointer.
+    pub fn place(&self) -> String {
+        let file = self.file.display();
+        match &self.place {
+            Place::File => file.to_string(),
+            Place::Line(line) => format!("{file}:{line}"),
+            Place::Pointer(pointer) => format!("{file}#{pointer}"),
+            Place::Span { source, range } => {
+                let (line, column) = line_and_column(source, range.start);
+                format!("{file}:{line}:{column}")
+            }
+        }
+    }
 }
 
 /// `name` in backquotes for a message, cut where it is absurdly long.

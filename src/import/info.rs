@@ -31,7 +31,7 @@ pub struct Info {
     pub extensions: Vec<Extension>,
     /// Of the scene that is shown without any choice.
     pub shown: Shown,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -62,6 +62,13 @@ pub struct Named {
     pub name: String,
     #[serde(rename = "type")]
     pub kind: String,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Warning {
+    /// The file, with a line or a JSON pointer where there is one.
+    pub place: String,
+    pub message: String,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -126,7 +133,10 @@ pub fn info(path: &Path) -> Result<Info, Vec<Diagnostic>> {
 impl Info {
     /// … of which `model` is shown.
     pub(super) fn showing(mut self, model: &Model) -> Self {
-        self.warnings = model.warnings.iter().map(|warning| warning.message.clone()).collect();
+        let warnings = model.warnings.iter();
+        self.warnings = warnings
+            .map(|warning| Warning { place: warning.place(), message: warning.message.clone() })
+            .collect();
         let triangles =
             |id: crate::world::MeshId| model.meshes.get(id.index()).map_or(0, |mesh| mesh.triangles.len());
         let images = model.images.iter().map(|image| Image {
@@ -212,7 +222,8 @@ impl fmt::Display for Info {
         });
         let title = format!("images in use ({} in memory)", size(*image_bytes));
         list(f, &title, images)?;
-        list(f, "warnings", self.warnings.iter().map(|warning| printable(warning)))
+        let warnings = self.warnings.iter();
+        list(f, "warnings", warnings.map(|w| printable(&format!("{}: {}", w.place, w.message))))
     }
 }
 

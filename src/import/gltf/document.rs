@@ -212,6 +212,7 @@ fn version(root: &Map<String, Value>, report: &mut Report) -> Option<()> {
     let problem = match (numbers(version), text("minVersion").map(numbers)) {
         (None, _) => Problem::new("/asset/version", format!("{version:?} is not a version such as \"2.0\"")),
         (Some((2, _)), None | Some(Some((2, 0)) | Some((0 | 1, _)))) => return Some(()),
+        (Some((2, _)), Some(None)) => Problem::new("/asset/minVersion", "is not a version such as \"2.0\""),
         (Some((2, _)), Some(_)) => Problem::new("/asset/minVersion", "asks for more than glTF 2.0"),
         (Some(_), _) => {
             Problem::new("/asset/version", format!("glTF {version} is not supported, only glTF 2.x"))
