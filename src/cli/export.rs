@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         args.basics.apply(render);
         job::check(render)
     })?;
-    if !args.quiet && !world.model.warnings.is_empty() {
+    if !world.model.warnings.is_empty() {
         say(diagnostic::render(&world.model.warnings, has_color()).trim_end());
     }
     let options = Options { strict: args.strict, save_blend: args.save_blend };
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if !export.notes.is_empty() {
             say(lines(&export.notes).trim_end());
         }
-        say(format!("wrote {}: render it there with `{}`", args.output.display(), export.command));
+        say(format!("wrote {}; to render it there:\n    {}", args.output.display(), export.command));
     }
     Ok(())
 }

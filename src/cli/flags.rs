@@ -92,7 +92,7 @@ pub struct Choices {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
 
-    /// Camera of a model, by its name or its node's
+    /// Camera of a model, by its name, its node's, or number (from 0)
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
 

@@ -72,16 +72,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .install(|| job::load(&args.file, &args.choices, |render, output| adjust(render, output, args)))
     })?;
     spare_sources(&job, args)?;
-    if !args.quiet {
-        warn(&job, &args.overrides);
-    }
+    warn(&job, &args.overrides);
     let Job { world, render: settings, output } = job;
 
     let pool = threads(settings.threads)?;
     let scene = timed(&mut seconds.build, || pool.install(|| compile(world, &settings)));
-    if !args.quiet {
-        scene.stats.notices().iter().for_each(|notice| say(format!("warning: {notice}")));
-    }
+    scene.stats.notices().iter().for_each(|notice| say(format!("warning: {notice}")));
     interrupt.rendering_starts();
     let progress = Progress::start(&interrupt, &settings, args.quiet);
     let rendering = render::render(&scene, &settings, interrupt.monitor()).map_err(failed)?;

@@ -95,10 +95,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             Err(other) => return Err(other),
         };
-        if render.crop.is_some() && !args.quiet {
+        if render.crop.is_some() {
             say(format!("warning: {name}: the crop is left out: whole pictures are compared"));
         }
-        if !args.quiet && !world.model.warnings.is_empty() {
+        if !world.model.warnings.is_empty() {
             say(diagnostic::render(&world.model.warnings, has_color()).trim_end());
         }
         render = validate::neutral(&render);

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{note::Notes, used};
+use super::{Kind, note::Notes, used};
 use crate::{
     bsdf::fresnel::normal_reflectance,
     world::{Fresnel, Layered, Pbr, ScalarInput, SpecularGlossiness, Surface, World},
@@ -18,15 +18,21 @@ pub fn removed<'a>(world: &'a World, notes: &mut Notes) -> Cow<'a, World> {
             Surface::SpecularGlossiness(surface) => nearest_of_glossy(surface),
             _ => continue,
         };
-        for difference in differences {
-            notes.approximated(format!("material `{}`", material.name), difference);
+        for (kind, difference) in differences {
+            let subject = format!("material `{}`", material.name);
+            match kind {
+                Kind::Approximated => notes.approximated(subject, difference),
+                Kind::Dropped => notes.dropped(subject, difference),
+            }
         }
         world.to_mut().model.materials[id.index()].surface = surface;
     }
     world
 }
 
-fn nearest(layered: &Layered) -> (Surface, Vec<&'static str>) {
+type Difference = (Kind, &'static str);
+
+fn nearest(layered: &Layered) -> (Surface, Vec<Difference>) {
     let mut told = Vec::new();
     let absent = [
         (layered.clearcoat.is_some(), "the clearcoat is left out"),
@@ -40,40 +46,50 @@ fn nearest(layered: &Layered) -> (Surface, Vec<&'static str>) {
             "the inside does not absorb",
         ),
     ];
-    told.extend(absent.into_iter().filter_map(|(is, text)| is.then_some(text)));
+    told.extend(absent.into_iter().filter_map(|(is, text)| is.then_some((Kind::Dropped, text))));
     let mut pbr = layered.pbr;
     if let Some(specular) = &layered.specular {
-        told.push("the strength and colour of the specular reflection are in the index of refraction, as their mean");
+        told.push((Kind::Approximated, "the strength and colour of the specular reflection are in the index of refraction, as their mean"));
         let strength = specular.factor.factor * specular.color.factor.element_sum() / 3.0;
         pbr.ior = ior_of_f0(normal_reflectance(pbr.ior) * strength);
     }
     let Some(share) = layered.transmission else { return (Surface::Pbr(pbr), told) };
     if share.factor < 0.5 || pbr.metallic.factor >= 0.5 && pbr.metallic.texture.is_none() {
-        told.push("no light passes through");
+        told.push((Kind::Dropped, "no light passes through"));
         return (Surface::Pbr(pbr), told);
     }
     if share.factor < 1.0 || share.texture.is_some() {
-        told.push("all of what is not reflected passes, where the material lets a share of it pass");
+        told.push((
+            Kind::Approximated,
+            "all of what is not reflected passes, where the material lets a share of it pass",
+        ));
     }
     let (ior, roughness) = match layered.volume {
         Some(_) => {
-            told.push("the colour tints reflections too, and reflection is by the equations of Fresnel");
+            told.push((
+                Kind::Approximated,
+                "the colour tints reflections too, and reflection is by the equations of Fresnel",
+            ));
             (pbr.ior, pbr.roughness)
         }
         None => {
-            told.push("a wall without thickness is a filter: it neither reflects nor blurs");
+            told.push((
+                Kind::Approximated,
+                "a wall without thickness is a filter: it neither reflects nor blurs",
+            ));
             (1.0, ScalarInput::constant(0.0))
         }
     };
     (Surface::Dielectric { ior, fresnel: Fresnel::Exact, roughness, tint: pbr.base_color }, told)
 }
 
-fn nearest_of_glossy(surface: &SpecularGlossiness) -> (Surface, Vec<&'static str>) {
-    let mut told = vec![
+fn nearest_of_glossy(surface: &SpecularGlossiness) -> (Surface, Vec<Difference>) {
+    let mut told = vec![(
+        Kind::Approximated,
         "specular-glossiness as metallic-roughness: the reflection is white, as strong as the mean colour's",
-    ];
+    )];
     if surface.glossiness.texture.is_some() {
-        told.push("the roughness has no texture: that of the glossiness is left out");
+        told.push((Kind::Approximated, "the roughness has no texture: that of the glossiness is left out"));
     }
     let f0 = surface.specular.factor.element_sum() / 3.0;
     let is_metal = surface.diffuse.factor.max_element() < 0.05 && f0 > 0.2;

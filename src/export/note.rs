@@ -24,13 +24,14 @@ pub struct Note {
 const NAMED: usize = 6;
 
 impl Display for Note {
+    /// Without a plus sign (`{:+}`) only the first subjects are named.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.kind {
             Kind::Approximated => "approximated: ",
             Kind::Dropped => "dropped: ",
         })?;
         if !self.subjects.is_empty() {
-            let named = self.subjects.len().min(NAMED);
+            let named = if f.sign_plus() { self.subjects.len() } else { self.subjects.len().min(NAMED) };
             f.write_str(&self.subjects[..named].join(", "))?;
             match self.subjects.len() - named {
                 0 => f.write_str(": ")?,
@@ -89,7 +90,7 @@ pub fn page(target: &str, command: &str, notes: &[Note]) -> String {
         page.push_str("Nothing in the scene had to be approximated or dropped.\n");
     }
     for note in notes {
-        let _ = writeln!(page, "- {note}");
+        let _ = writeln!(page, "- {note:+}");
     }
     page
 }
@@ -114,5 +115,6 @@ mod tests {
         assert_eq!(notes[1].to_string(), "dropped: the crop");
         let many = Note { subjects: (0..9).map(|i| i.to_string()).collect(), ..notes[0].clone() };
         assert!(many.to_string().contains("5 and 3 more: "));
+        assert!(page("POV-Ray", "povray", &[many]).contains("7, 8: "), "the page names all");
     }
 }

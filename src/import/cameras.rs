@@ -5,7 +5,7 @@ use crate::{
     world::Camera,
 };
 
-/// The camera that `name` calls, by its own name or else that of its node; without a name, the first. The error is at
+/// The camera that `name` calls, by its own name, that of its node or its number from 0; without a name, the first. The error is at
 /// `place` of `file`, and says which there are.
 pub(super) fn find<'c>(
     cameras: &'c [Camera],
@@ -20,7 +20,9 @@ pub(super) fn find<'c>(
         });
     };
     let by_name = cameras.iter().find(|camera| camera.name == name);
-    if let Some(found) = by_name.or_else(|| cameras.iter().find(|camera| camera.node == name)) {
+    let by_node = || cameras.iter().find(|camera| camera.node == name);
+    let by_number = || cameras.get(name.parse::<usize>().ok()?);
+    if let Some(found) = by_name.or_else(by_node).or_else(by_number) {
         return Ok(found);
     }
     let names = || cameras.iter().flat_map(|camera| [camera.name.as_str(), camera.node.as_str()]);

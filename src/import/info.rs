@@ -216,9 +216,10 @@ impl fmt::Display for Info {
         }
         let Shown { instances, triangles, images, image_bytes, mesh_bytes } = &self.shown;
         writeln!(f, "shown: {instances} instances, {triangles} triangles, meshes of {}", size(*mesh_bytes))?;
-        let images = images.iter().map(|image| {
+        let images = images.iter().enumerate().map(|(i, image)| {
             let Image { name, width, height, bits, bytes } = image;
-            format!("{}: {width} × {height}, {bits} bits, {}", printable(name), size(*bytes))
+            let name = if name.is_empty() { format!("image {i}") } else { printable(name) };
+            format!("{}: {width} × {height}, {bits} bits, {}", name, size(*bytes))
         });
         let title = format!("images in use ({} in memory)", size(*image_bytes));
         list(f, &title, images)?;

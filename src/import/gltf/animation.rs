@@ -95,6 +95,11 @@ pub fn changes(source: &Source, selection: &Selection, report: &mut Report) -> V
     };
     let at = selection.at.unwrap_or(0.0);
     let Some(animation) = animations.get(index) else { return Vec::new() };
+    let [start, end] = animation.range(source);
+    if !(start..=end).contains(&at) && selection.at.is_some() {
+        let message = format!("lasts from {start} s to {end} s: at {at} s its nearest pose is shown");
+        report.warn(Problem::new(format!("/animations/{index}"), message));
+    }
     let mut changes = Vec::new();
     for (c, channel) in animation.channels.iter().enumerate() {
         let place = format!("/animations/{index}/channels/{c}");
@@ -114,6 +119,18 @@ pub fn changes(source: &Source, selection: &Selection, report: &mut Report) -> V
         }
     }
     changes
+}
+
+impl Animation {
+    /// Seconds from the first key of all channels to the last.
+    pub fn range(&self, source: &Source) -> [f32; 2] {
+        let curves = self.samplers.iter().filter_map(|sampler| {
+            // Only the times matter here.
+            Curve::new(source, sampler.input, sampler.input, Interpolation::Step).ok()
+        });
+        let ranges = curves.map(|curve| curve.range());
+        ranges.reduce(|all, one| [all[0].min(one[0]), all[1].max(one[1])]).unwrap_or([0.0; 2])
+    }
 }
 
 fn target(channel: &Channel, document: &Document) -> Result<Option<Target>, String> {

@@ -5,10 +5,7 @@ use gltf::json::{
     validation::Checked,
 };
 
-use super::{
-    accessor::Source, clipped, curve::Curve, curve::Interpolation, document::Document, extensions, nodes,
-    topology::Topology,
-};
+use super::{accessor::Source, clipped, document::Document, extensions, nodes, topology::Topology};
 use crate::import::info::{Animation, Extension, Info, Mesh, Named, Scene};
 
 pub fn info(source: &Source) -> Info {
@@ -33,7 +30,7 @@ pub fn info(source: &Source) -> Info {
         materials: numbered(&document.materials, |i, m| name(m.name.as_deref(), "material", i)),
         variants: numbered(&document.variants, |i, variant| name(Some(variant), "variant", i)),
         animations: numbered(&document.animations, |i, animation| {
-            let [start, end] = range(source, animation);
+            let [start, end] = animation.range(source);
             let name = name(animation.name.as_deref(), "animation", i);
             Animation { name, channels: animation.channels.len(), start, end }
         }),
@@ -82,14 +79,4 @@ fn triangles(document: &Document, primitive: &gltf::json::mesh::Primitive) -> us
     let count =
         corners.and_then(|c| document.accessors.get(c.value())).map_or(0, |accessor| accessor.count.0);
     topology.count(usize::try_from(count).unwrap_or(0))
-}
-
-/// From the first key of all channels to the last.
-fn range(source: &Source, animation: &super::animation::Animation) -> [f32; 2] {
-    let curves = animation.samplers.iter().filter_map(|sampler| {
-        // Only the times matter here.
-        Curve::new(source, sampler.input, sampler.input, Interpolation::Step).ok()
-    });
-    let ranges = curves.map(|curve| curve.range());
-    ranges.reduce(|all, one| [all[0].min(one[0]), all[1].max(one[1])]).unwrap_or([0.0; 2])
 }

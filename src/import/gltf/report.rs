@@ -252,9 +252,9 @@ pub fn choose<'n>(
         (Some(near), _) => format!("did you mean `{near}`?"),
         (None, 0) => format!("there is no {what} in it"),
         (None, _) => {
-            let label = |(i, name): (usize, Option<&str>)| name.map_or_else(|| i.to_string(), quoted);
+            let label = |(i, name): (usize, Option<&str>)| name.map_or_else(|| format!("number {i}"), quoted);
             let some: Vec<_> = names.enumerate().take(20).map(label).collect();
-            format!("there are {}; they may be counted from 0, too", some.join(", "))
+            format!("there are {}; numbers from 0 will do, too", some.join(", "))
         }
     };
     Err(Problem { pointer: if count == 0 { String::new() } else { pointer.into() }, ..problem }.help(help))

@@ -261,6 +261,16 @@ fn animations_are_called_by_name_or_number() {
     assert!(error[0].help.as_deref().is_some_and(|help| help.contains("clip 1")), "{error:#?}");
 }
 
+#[test]
+fn times_outside_of_an_animation_are_told() {
+    let mut file = square();
+    animate(&mut file, node("translation"), "LINEAR", &[1., 2.], "VEC3", &[0., 0., 0., 5., 0., 0.]);
+    for (seconds, x, told) in [(0.5, 0., 1), (1., 0., 0), (1.5, 2.5, 0), (3., 5., 1)] {
+        let model = import_selected(&file, &at(seconds)).expect("is right");
+        assert_eq!((model.instances[0].to_world.translation.x, model.warnings.len()), (x, told), "{seconds}");
+    }
+}
+
 /// Where a mapping names the variant its material stands in for the primitive's own; elsewhere that stays.
 #[test]
 fn variants_exchange_materials() {
