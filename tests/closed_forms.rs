@@ -459,6 +459,25 @@ fn a_thin_wall_reflects_and_passes_straight() {
 }
 
 #[test]
+fn thin_walls_let_the_light_of_lamps_through() {
+    // A sun of 1 W/m² straight above a white floor, under two walls of 0.96 × 0.5 each, seen from below them: 0.48²/π. The
+    // same of a bright sky: what is seen by chance and what is chosen must not add up to more.
+    let mut wall = clear(1.5);
+    wall.pbr.base_color = ColorInput::constant(Vec3::splat(0.5));
+    let wall = |stage: Stage, y: f32| stage.square(Vec3::Y * y, Vec3::Y, 1000.0, layers(wall));
+    let white = Surface::Diffuse { color: ColorInput::constant(Vec3::ONE) };
+    let white = Material::new("white", white);
+    let floor = Stage::from_above(1.0).bounces(0).square(Vec3::ZERO, Vec3::Y, 0.1, white.clone());
+    let sun = Light::Sun { direction: Vec3::NEG_Y, irradiance: Vec3::ONE, angle: 0.0 };
+    wall(wall(floor.light(sun), 2.0), 3.0).expect(64, 0.48 * 0.48 / PI);
+
+    let floor = || Stage::from_above(1.0).bounces(0).sky(1.0).square(Vec3::ZERO, Vec3::Y, 0.1, white.clone());
+    let (behind, error) = wall(floor(), 2.0).radiance(1 << 14);
+    // 2 ∫ T(μ) μ dμ of the wall: half of what the clear dielectric of 1.5 passes of even light, 1 − 0.0918
+    assert!((behind - 0.5 * 0.9082).abs() < 4.0 * error + 2e-3, "{behind} ± {error}");
+}
+
+#[test]
 fn glass_that_disperses_is_white_in_a_white_sky() {
     let volume = Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY };
     let glass = Layered { volume: Some(volume), dispersion: 2.0, ..clear(1.6) };

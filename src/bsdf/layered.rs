@@ -178,6 +178,16 @@ impl Layered {
         })
     }
 
+    /// What a smooth thin wall passes straight: the weight of that lobe along `wo`, its delta aside.
+    pub fn straight(&self, wo: Vec3) -> Vec3 {
+        match self.base.passage {
+            Passage::Wall { .. } if self.is_smooth_wall() => {
+                self.seen(wo).map_or(Vec3::ZERO, |seen| seen.wall)
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+
     fn sample_glass(&self, seen: &Seen, p: f32, u: Vec2, u_side: f32) -> Option<BsdfSample> {
         let Passage::Boundary { glass, .. } = &self.base.passage else { return None };
         let sample = glass.sample(seen.base_wo, u, u_side)?;

@@ -14,6 +14,7 @@ use crate::{
     accel::{self, Accel, Blas, Shape},
     camera::{Camera, FilterTable},
     light::{Environment, Lights},
+    material,
     render::Settings,
     texture::Textures,
     world::{Alpha, Material, Surface, World},
@@ -89,5 +90,6 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
 
 /// Whether a ray that meets this material may pass through it untouched.
 fn must_be_asked(material: &Material) -> bool {
-    material.alpha != Alpha::Opaque || matches!(material.surface, Surface::Unlit { .. })
+    let is_unlit = matches!(material.surface, Surface::Unlit { .. });
+    material.alpha != Alpha::Opaque || is_unlit || material::is_wall(material)
 }

@@ -119,6 +119,19 @@ impl Scene {
         material::coverage(material, &self.textures, &uvs, color)
     }
 
+    /// The share of light that passes a hit on its way along `ray` without being scattered: beside the surface where it
+    /// does not cover all, or through it where it is a smooth wall without thickness.
+    pub fn passed(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let hidden = self.coverage(ray, hit, false);
+        let material = self.material(hit);
+        if hidden == 0.0 || !material::is_wall(material) {
+            return Vec3::splat(1.0 - hidden);
+        }
+        let point = self.surface_point(ray, hit);
+        let wo = -ray.direction.normalize_or_zero();
+        Vec3::splat(1.0 - hidden) + hidden * material::passed_straight(material, &self.textures, &point, wo)
+    }
+
     /// Radiance that an emitting surface sends from a point with these coordinates, in a direction of this cosine with
     /// its outward normal.
     pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], cos: f32) -> Vec3 {

@@ -9,8 +9,9 @@
 //! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
 //! roulette on the throughput, which leaves the mean alone.
 //!
-//! Inside a medium (`media`) light fades by Beer's law. Boundaries of media and transmissive walls cast shadows: what
-//! shines through them is found by the paths that pass them.
+//! Inside a medium (`media`) light fades by Beer's law. Boundaries of media and rough thin walls cast shadows: what
+//! shines through them is found by the paths that pass them. Smooth thin walls let shadow rays through, and a path that crosses
+//! one goes on as if it had not met it: that is no bounce.
 
 mod media;
 mod wavelength;
@@ -42,7 +43,7 @@ const SHADOW_EPSILON: f32 = 1e-4;
 const ROULETTE_FROM: u32 = 3;
 /// Of the number that a path's wavelength is drawn with.
 const DISPERSION_SALT: u64 = 0x6469_7370_6572_7365;
-/// Culled or transparent surfaces a camera ray may pass before it gives up.
+/// Culled or transparent surfaces a camera ray may pass before it gives up, and walls a path.
 const MAX_PASSES: u32 = 256;
 
 /// How the ray now traced was drawn: what it meets by chance weighs against what could have been chosen on purpose.
@@ -71,6 +72,7 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
     let mut bounces = BounceCounts::default();
     let mut media = Media::default();
     let mut wavelength = None;
+    let mut passes = 0;
     for index in 0.. {
         let Some(hit) = meet(scene, &mut ray, sampler, index) else {
             radiance += throughput * escaped(scene, &ray, &arrival, index == 0);
@@ -92,7 +94,15 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
         }
         radiance += throughput * emitted(scene, &hit, &point, wo, &arrival);
         if bounces.exhausted(scene) {
-            break;
+            // Light that needs no more scattering may still be behind walls.
+            throughput *= material::passed_straight(material, &scene.textures, &point, wo);
+            if throughput == Vec3::ZERO || passes == MAX_PASSES {
+                break;
+            }
+            passes += 1;
+            ray = onward(&point, -wo);
+            counts.bounce += 1;
+            continue;
         }
         if wavelength.is_none() && material::disperses(material) {
             let (nm, weight) = wavelength::draw(sampler.hashed(DISPERSION_SALT));
@@ -124,15 +134,29 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
         if throughput == Vec3::ZERO {
             break;
         }
+        // Straight through a wall: shadow rays pass there too, so that what is met beyond weighs as from before it.
+        if sample.delta && sample.kind == Kind::Transmission && material::is_wall(material) {
+            if passes == MAX_PASSES {
+                break;
+            }
+            passes += 1;
+            ray = onward(&point, -wo);
+            counts.bounce += 1;
+            continue;
+        }
         bounces.count(sample.kind);
         if let (Some((id, absorption)), Kind::Transmission) = (boundary, sample.kind) {
             media.cross(id, absorption, wi.dot(point.ng) < 0.0);
         }
         arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
-        ray = Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi);
+        ray = onward(&point, wi);
         counts.bounce += 1;
     }
     radiance
+}
+
+fn onward(point: &SurfacePoint, wi: Vec3) -> Ray {
+    Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi)
 }
 
 /// The first surface the ray does not pass through. Camera rays also pass the backs of single-sided surfaces.
@@ -224,7 +248,7 @@ fn direct_light(
     counts.shadow += 1;
     let visible = transmittance(scene, &shadow_ray(point, &light));
     let weight = if light.delta { 1.0 } else { power_heuristic(light.pdf, bsdf_pdf) };
-    let direct = f * radiance * (visible * weight / light.pdf);
+    let direct = f * radiance * visible * (weight / light.pdf);
     if vertex.media.is_empty() && vertex.boundary.is_none() {
         return direct;
     }
@@ -264,15 +288,15 @@ fn shadow_ray(point: &SurfacePoint, light: &LightSample) -> Ray {
     }
 }
 
-/// The share of light that reaches the end of the ray: 0 behind opaque surfaces, the product of the open shares of
-/// transparent ones.
-fn transmittance(scene: &Scene, ray: &Ray) -> f32 {
-    let mut open = 1.0;
+/// The share of light that reaches the end of the ray: 0 behind opaque surfaces, the product of what the others on the
+/// way let pass.
+fn transmittance(scene: &Scene, ray: &Ray) -> Vec3 {
+    let mut open = Vec3::ONE;
     let occluded = scene.accel.occluded_where(ray, |hit| {
-        open *= 1.0 - scene.coverage(ray, hit, false);
-        open <= 0.0
+        open *= scene.passed(ray, hit);
+        open == Vec3::ZERO
     });
-    if occluded { 0.0 } else { open }
+    if occluded { Vec3::ZERO } else { open }
 }
 
 /// Interpolated and mapped normals let a BSDF point through the surface; that light is lost, not leaked.

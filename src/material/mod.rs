@@ -98,6 +98,22 @@ pub fn disperses(material: &Material) -> bool {
     matches!(&material.surface, Surface::Layered(l) if l.dispersion > 0.0 && l.volume.is_some() && l.transmission.is_some())
 }
 
+/// Whether it may be a thin wall that light crosses without being scattered.
+pub fn is_wall(material: &Material) -> bool {
+    matches!(&material.surface, Surface::Layered(l) if l.transmission.is_some() && l.volume.is_none())
+}
+
+/// The share of light arriving against `wo` that a smooth thin wall lets through as it came; else zero.
+pub fn passed_straight(material: &Material, textures: &Textures, point: &SurfacePoint, wo: Vec3) -> Vec3 {
+    if !is_wall(material) {
+        return Vec3::ZERO;
+    }
+    match scattering(material, textures, point, wo, None) {
+        (Bsdf::Layered(layered), frame) => layered.straight(frame.to_local(wo)),
+        _ => Vec3::ZERO,
+    }
+}
+
 /// The radiance an unlit material shows, if it is one.
 pub fn unlit(material: &Material, textures: &Textures, point: &SurfacePoint) -> Option<Vec3> {
     match &material.surface {

@@ -7,7 +7,7 @@ pub(super) struct Map {
     pub line: usize,
     /// `-s`, u and v.
     pub scale: [f32; 2],
-    /// `-o` and `-t`, u and v.
+    /// `-o`, u and v.
     pub offset: [f32; 2],
     /// `-bm`: strength of a normal map.
     pub strength: f32,
@@ -17,7 +17,7 @@ pub(super) struct Map {
     pub channel: Option<u8>,
 }
 
-/// Options, then the file name to the end of the line.
+/// Options and the file name, in either order.
 pub(super) fn map(keyword: &str, rest: &str, line: usize) -> Result<Option<Map>, String> {
     let mut map = Map {
         file: String::new(),
@@ -28,7 +28,7 @@ pub(super) fn map(keyword: &str, rest: &str, line: usize) -> Result<Option<Map>,
         clamp: false,
         channel: None,
     };
-    let rest = map.options(rest);
+    let rest = map.options(rest, true);
     // Some programs write options after the name.
     let option = |(at, _): &(usize, &str)| {
         let (option, after) = first_word(rest.get(at + 1..).unwrap_or_default());
@@ -38,7 +38,7 @@ pub(super) fn map(keyword: &str, rest: &str, line: usize) -> Result<Option<Map>,
         Some((at, _)) if at > 0 => rest.split_at(at),
         _ => (rest, ""),
     };
-    map.options(after.trim_start());
+    map.options(after.trim_start(), false);
     map.file = name.trim_matches(['"', ' ', '\t']).to_owned();
     match map.file.as_str() {
         "" => Err(format!("`{keyword}` names no file")),
@@ -47,16 +47,16 @@ pub(super) fn map(keyword: &str, rest: &str, line: usize) -> Result<Option<Map>,
 }
 
 impl Map {
-    /// Takes options off the beginning of `rest`.
-    fn options<'a>(&mut self, mut rest: &'a str) -> &'a str {
+    /// Takes options off the beginning of `rest`, whose last word is the file's where it is `named`.
+    fn options<'a>(&mut self, mut rest: &'a str, named: bool) -> &'a str {
         while rest.starts_with('-') {
             let (option, mut after) = first_word(rest);
             match option.to_ascii_lowercase().as_str() {
-                "-s" => self.scale = vector(&mut after, self.scale),
-                "-o" => self.offset = vector(&mut after, self.offset),
+                "-s" => self.scale = vector(&mut after, self.scale, named),
+                "-o" => self.offset = vector(&mut after, self.offset, named),
                 // Turbulence displaces the lookup; in practice it is written for an offset of 0.
-                "-t" => _ = vector(&mut after, [0.0; 2]),
-                "-mm" => _ = vector(&mut after, [0.0; 2]),
+                "-t" => _ = vector(&mut after, [0.0; 2], named),
+                "-mm" => _ = vector(&mut after, [0.0; 2], named),
                 "-bm" => {
                     let strength = word(&mut after).parse().ok();
                     self.strength = strength.filter(|s: &f32| s.is_finite()).unwrap_or(1.0);
@@ -103,11 +103,13 @@ fn word<'a>(text: &mut &'a str) -> &'a str {
     word
 }
 
-/// Takes one to three numbers off `text`; those not given stay as they are. The last word is always the name.
-fn vector(text: &mut &str, mut given: [f32; 2]) -> [f32; 2] {
+/// Takes one to three numbers off `text`; those not given stay as they are. The last word is left where it is the
+/// file's name.
+fn vector(text: &mut &str, mut given: [f32; 2], named: bool) -> [f32; 2] {
     for i in 0..3 {
         let (word, rest) = first_word(text);
-        let Some(number) = word.parse::<f32>().ok().filter(|n| n.is_finite() && !rest.is_empty()) else {
+        let Some(number) = word.parse::<f32>().ok().filter(|n| n.is_finite() && !(named && rest.is_empty()))
+        else {
             break;
         };
         if let Some(slot) = given.get_mut(i) {
@@ -141,5 +143,8 @@ mod tests {
             (last.file.as_str(), last.strength, last.scale, last.clamp),
             ("x y.png", 1.5, [2.0; 2], true)
         );
+        let last = read("q.png -s 2 3 -o 0.5");
+        assert_eq!((last.file.as_str(), last.scale, last.offset), ("q.png", [2.0, 3.0], [0.5, 0.0]));
+        assert_eq!((read("q.png -o 0 .5").offset, read("-o 1 2 3").file.as_str()), ([0.0, 0.5], "3"));
     }
 }

@@ -7,8 +7,8 @@
 use glam::{DVec2, DVec3, Vec3};
 
 /// Clipping ears may take time in the square of the corners. Where the sum of the squares over a file comes to this
-/// (seconds), the rest is fanned: real files stay far below.
-const MAX_CLIPPING: usize = 1 << 30;
+/// (two seconds where they cross themselves), the rest is fanned: real files stay far below.
+const MAX_CLIPPING: usize = 1 << 27;
 
 /// Twice the vector area. Its direction is the normal of the side from which the corners run counter-clockwise.
 pub(super) fn newell(corners: &[Vec3]) -> DVec3 {
