@@ -10,9 +10,11 @@
 //! |---|---|---|
 //! | `alpha` | slope along x and along y; roughness² where they are equal | (0, 1] |
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
+
+use super::ggx::{g2_over_4_cos_cos, g2_over_g1, visible_normal};
 
 #[derive(Clone, Copy, Debug)]
 pub struct AnisotropicGgx {
@@ -35,23 +37,17 @@ impl AnisotropicGgx {
 
     /// G₂ / (4 |wo_z wi_z|), finite at the horizon.
     pub fn g2_over_4_cos_cos(&self, wo: Vec3, wi: Vec3) -> f32 {
-        0.5 / (wi.z.abs() * self.s(wo) + wo.z.abs() * self.s(wi))
+        g2_over_4_cos_cos([wo.z, wi.z], [self.s(wo), self.s(wi)])
     }
 
     /// G₂(wo, wi) / G₁(wo): the weight of a mirrored sample where all is reflected.
     pub fn g2_over_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let (cos_o, cos_i, s_o) = (wo.z.abs(), wi.z.abs(), self.s(wo));
-        cos_i * (cos_o + s_o) / (cos_i * s_o + cos_o * self.s(wi))
+        g2_over_g1([wo.z, wi.z], [self.s(wo), self.s(wi)])
     }
 
     /// Draws a normal visible from `wo`, on whose side of the surface `wo.z` must be positive.
     pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
-        let w = Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize();
-        let h_z = (1.0 - u.x) * (1.0 + w.z);
-        let z = h_z - w.z;
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u.y).sin_cos();
-        Vec3::new(self.alpha.x * (r * cos + w.x), self.alpha.y * (r * sin + w.y), h_z).normalize()
+        visible_normal(self.alpha, wo, u)
     }
 
     /// Density of [`sample_normal`](Self::sample_normal), sr⁻¹: D(h) G₁(wo) (wo·h) / |wo_z|.

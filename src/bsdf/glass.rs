@@ -13,12 +13,8 @@ use glam::{Vec2, Vec3};
 
 use super::facets::{Facets, Reflectance};
 use super::fresnel::refract;
+use super::rough_dielectric::{MIN_ALPHA, is_smooth};
 use super::{BsdfSample, Kind, reflect, reflect_about};
-
-/// Narrower lobes are deltas.
-const MIN_ALPHA: f32 = 1e-3;
-/// Facets turn refracted light by about α|η − 1|; where that is less, the lobe is as sharp as a delta.
-const MIN_SPREAD: f32 = 1e-4;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Glass {
@@ -32,8 +28,7 @@ pub struct Glass {
 impl Glass {
     /// `alpha` along x and y.
     pub fn new(alpha: Vec2, multiscatter: bool, reflectance: Reflectance, eta: f32, tint: Vec3) -> Self {
-        let widest = alpha.max_element();
-        let smooth = widest < MIN_ALPHA || widest * (eta - 1.0).abs().min(1.0) < MIN_SPREAD;
+        let smooth = is_smooth(alpha.max_element(), eta);
         let facets = Facets::new(alpha.max(Vec2::splat(MIN_ALPHA)), multiscatter);
         Self { facets, reflectance, eta, tint, smooth }
     }

@@ -27,9 +27,15 @@ use super::ggx::Ggx;
 use super::glass_albedo::glass_albedo;
 use super::{Bsdf, BsdfSample, Dielectric, Kind, reflect_about};
 
-const MIN_ALPHA: f32 = 1e-3;
-/// Facets turn refracted light by about α|ior − 1|; where that is less, the lobe is as sharp as a delta.
+/// Narrower lobes are deltas.
+pub const MIN_ALPHA: f32 = 1e-3;
+/// Facets turn refracted light by about α|η − 1|; where that is less, the lobe is as sharp as a delta.
 const MIN_SPREAD: f32 = 1e-4;
+
+/// Whether a boundary of relative index `eta` is as good as smooth.
+pub fn is_smooth(alpha: f32, eta: f32) -> bool {
+    alpha < MIN_ALPHA || alpha * (eta - 1.0).abs() < MIN_SPREAD
+}
 
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
@@ -41,7 +47,7 @@ pub struct RoughDielectric {
 impl RoughDielectric {
     /// A rough boundary, or a smooth one where `alpha` is next to nothing or `ior` next to 1.
     pub fn bsdf(boundary: Dielectric, alpha: f32, multiscatter: bool) -> Bsdf {
-        if alpha < MIN_ALPHA || alpha * (boundary.ior - 1.0).abs() < MIN_SPREAD {
+        if is_smooth(alpha, boundary.ior) {
             return Bsdf::Dielectric(boundary);
         }
         Bsdf::RoughDielectric(Self { ggx: Ggx { alpha: alpha.min(1.0) }, boundary, multiscatter })
