@@ -187,12 +187,10 @@ fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Ve
     if from_camera {
         return if environment.visible { environment.radiance(ray.direction) } else { Vec3::ZERO };
     }
-    let radiance = scene.lights.escaped_radiance(ray.direction);
+    let (radiance, light_pdf) = scene.lights.escaped(arrival.from, ray.direction);
     match arrival.pdf {
-        Some(pdf) if radiance != Vec3::ZERO => {
-            power_heuristic(pdf, scene.lights.pdf_escaped(arrival.from, ray.direction)) * radiance
-        }
-        _ => radiance,
+        Some(pdf) => power_heuristic(pdf, light_pdf) * radiance,
+        None => radiance,
     }
 }
 

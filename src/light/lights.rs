@@ -1,7 +1,7 @@
 //! All the lights of a scene: choosing one for a point, and the densities that multiple importance sampling needs.
 //!
 //! Lights are of two sorts. *Infinite* ones (the environment and suns) light every point alike: among them the
-//! choice is by the irradiance each could give, π × mean radiance for the environment. *Local* ones (surfaces, points,
+//! choice is by the irradiance each could give, for the environment π × the mean of what is drawn of it. *Local* ones (surfaces, points,
 //! spots) are chosen by a [tree](super::tree), for the irradiance they could give at the point.
 //!
 //! Between the sorts the choice is by irradiance, too, the local lights taken as one cluster. That is a rough estimate,
@@ -118,7 +118,7 @@ impl Lights {
                 clusters.push(cluster);
             }
         }
-        let sky = PI * environment.mean_luminance();
+        let sky = PI * environment.mean_excess();
         let infinite =
             Discrete::new(std::iter::once(sky).chain(suns.iter().map(|sun| luminance(sun.irradiance))));
         let tree = Tree::new(&clusters);
@@ -155,14 +155,11 @@ impl Lights {
         (1.0 - self.infinite_share(p)) * tree.probability(p, index) * shape.pdf(p, point)
     }
 
-    /// The density with which [`sample`](Self::sample) finds `direction` to the environment or a sun's disk from `p`.
-    pub fn pdf_escaped(&self, p: Vec3, direction: Vec3) -> f32 {
-        self.infinite_share(p) * self.infinite_pdf(direction, self.environment.pdf(direction))
-    }
-
-    /// What a ray that leaves the scene meets: the environment and the suns' disks.
-    pub fn escaped_radiance(&self, direction: Vec3) -> Vec3 {
-        self.environment.radiance(direction) + self.disks(direction)
+    /// What a ray from `p` that leaves the scene meets, the environment and the suns' disks, and the density with which
+    /// [`sample`](Self::sample) finds that direction.
+    pub fn escaped(&self, p: Vec3, direction: Vec3) -> (Vec3, f32) {
+        let (radiance, pdf) = self.environment.look(direction);
+        (radiance + self.disks(direction), self.infinite_share(p) * self.infinite_pdf(direction, pdf))
     }
 
     fn disks(&self, direction: Vec3) -> Vec3 {
@@ -200,7 +197,7 @@ impl Lights {
             }
             Some(sun) => {
                 let wi = sun.sample(u);
-                let (radiance, pdf) = (self.environment.radiance(wi), self.environment.pdf(wi));
+                let (radiance, pdf) = self.environment.look(wi);
                 EnvironmentSample { wi, radiance, pdf }
             }
             None => self.environment.sample(u)?,

@@ -4,15 +4,16 @@
 //! row. Radiance is bilinear between the texels' middles; it wraps in u, and in v it is constant between a pole and
 //! the middle of the row next to it.
 //!
-//! A draw picks a cell *between* the middles of four texels in proportion to its mean luminance × its solid angle,
-//! then a point in it in proportion to the bilinear luminance. So the density is
+//! Drawn from is the excess: what a texel's luminance has above half the mean of the map. A draw picks a cell *between* the
+//! middles of four texels in proportion to its mean excess × its solid angle, then a point in it in proportion to the
+//! bilinear excess. So the density is
 //!
 //! ```text
 //! p(ω) = Y(ω) s / (N sin θ)
 //! ```
 //!
-//! with Y the luminance that the lookup returns, s the mean of sin θ over the row of cells and N the sum of the
-//! cells' weights: nearly proportional to the integrand everywhere, and 0 only where the radiance is. The two polar
+//! with Y the bilinear excess, s the mean of sin θ over the row of cells and N the sum of the
+//! cells' weights: nearly proportional to the excess everywhere, and 0 only where there is none. The two polar
 //! rows are uniform in solid angle along v (s = sin θ). Source of the warp: Pharr, Jakob, Humphreys, *Physically
 //! Based Rendering*, 4th ed., section 12.5 and appendix A.5; the grid between texels is what makes it exact here.
 
@@ -21,7 +22,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::EnvironmentSample;
+use super::{EnvironmentSample, environment::NEGLECTED};
 use crate::{
     color::{luminance, srgb_decode},
     sampling::distribution::{Grid, linear},
@@ -36,6 +37,8 @@ pub struct Map {
     texels: Vec<[f32; 3]>,
     /// Added to atan2(d.z, d.x) before the lookup, radians.
     rotation: f32,
+    /// Mean luminance over the sphere.
+    mean: f32,
     sampling: Option<Sampling>,
 }
 
@@ -74,19 +77,23 @@ impl Map {
                 !usable as usize
             })
             .sum();
-        let mut map = Self { width, height, texels, rotation, sampling: None };
-        map.sampling = map.tabulate();
+        let mut map = Self { width, height, texels, rotation, mean: 0.0, sampling: None };
+        (map.mean, map.sampling) = map.tabulate();
         Some((map, dropped))
     }
 
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let at = self.locate(direction);
-        let [a, b, c, d] = self.corners(at.column, at.row).map(Vec3::from);
-        a.lerp(b, at.fraction.x).lerp(c.lerp(d, at.fraction.x), at.fraction.y)
+        blend(&self.corners(at.column, at.row), at.fraction)
     }
 
     /// Mean luminance over the sphere.
     pub fn mean_luminance(&self) -> f32 {
+        self.mean
+    }
+
+    /// Mean excess over the sphere.
+    pub fn mean_excess(&self) -> f32 {
         self.sampling.as_ref().map_or(0.0, |s| (s.grid.total() / (2.0 * TAU as f64)) as f32)
     }
 
@@ -94,30 +101,37 @@ impl Map {
     pub fn sample(&self, u: Vec2) -> Option<EnvironmentSample> {
         let sampling = self.sampling.as_ref()?;
         let cell = sampling.grid.sample(u);
-        let corners = self.corners(cell.column, cell.row).map(Vec3::from);
-        let [a, b, c, d] = corners.map(luminance);
+        let corners = self.corners(cell.column, cell.row);
+        let [a, b, c, d] = self.excess(&corners);
         let y = linear(cell.u.y, a + b, c + d);
         let x = linear(cell.u.x, a + y * (c - a), b + y * (d - b));
         let (sin, cos) = self.polar(cell.row, y);
         let phi = (((cell.column as f32 + 0.5 + x) / self.width as f32) - 0.5) * TAU - self.rotation;
-        let [a, b, c, d] = corners;
-        let radiance = a.lerp(b, x).lerp(c.lerp(d, x), y);
-        let pdf = self.density(cell.row, sin, radiance);
+        let at = Vec2::new(x, y);
+        let (radiance, pdf) = (blend(&corners, at), self.density(cell.row, sin, &corners, at));
         let wi = Vec3::new(sin * phi.cos(), cos, sin * phi.sin());
         (pdf > 0.0 && pdf.is_finite()).then_some(EnvironmentSample { wi, radiance, pdf })
     }
 
-    /// Solid-angle density of [`sample`](Self::sample), sr⁻¹.
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let row = self.locate(direction).row;
-        let sin = horizontal(direction);
-        self.density(row, sin, self.radiance(direction))
+    /// Radiance, and the solid-angle density of [`sample`](Self::sample), sr⁻¹.
+    pub fn look(&self, direction: Vec3) -> (Vec3, f32) {
+        let at = self.locate(direction);
+        let corners = self.corners(at.column, at.row);
+        let pdf = self.density(at.row, horizontal(direction), &corners, at.fraction);
+        (blend(&corners, at.fraction), pdf)
     }
 
-    fn density(&self, row: usize, sin_theta: f32, radiance: Vec3) -> f32 {
+    fn density(&self, row: usize, sin_theta: f32, corners: &[Vec3; 4], at: Vec2) -> f32 {
         let Some(sampling) = &self.sampling else { return 0.0 };
+        let [a, b, c, d] = self.excess(corners);
+        let (above, below) = (a + at.x * (b - a), c + at.x * (d - c));
         let sin_theta = if row == 0 || row == self.height { 1.0 } else { sin_theta };
-        sampling.density[row] * luminance(radiance) / sin_theta
+        sampling.density[row] * (above + at.y * (below - above)) / sin_theta
+    }
+
+    fn excess(&self, [a, b, c, d]: &[Vec3; 4]) -> [f32; 4] {
+        let above = |texel: &Vec3| (luminance(*texel) - NEGLECTED * self.mean).max(0.0);
+        [above(a), above(b), above(c), above(d)]
     }
 
     /// sin θ and cos θ in a row of cells at y in [0, 1).
@@ -150,14 +164,16 @@ impl Map {
     }
 
     /// Texels at the corners of a cell: upper left, upper right, lower left, lower right.
-    fn corners(&self, column: usize, row: usize) -> [[f32; 3]; 4] {
+    #[inline(always)]
+    fn corners(&self, column: usize, row: usize) -> [Vec3; 4] {
         let right = if column + 1 == self.width { 0 } else { column + 1 };
         let upper = row.saturating_sub(1) * self.width;
         let lower = row.min(self.height - 1) * self.width;
-        [upper + column, upper + right, lower + column, lower + right].map(|i| self.texels[i])
+        let texel = |i: usize| Vec3::from(self.texels[i]);
+        [texel(upper + column), texel(upper + right), texel(lower + column), texel(lower + right)]
     }
 
-    fn tabulate(&self) -> Option<Sampling> {
+    fn tabulate(&self) -> (f32, Option<Sampling>) {
         let delta = PI as f64 / self.height as f64;
         let middle = |row: usize| row as f64 * delta;
         let polar = |row: usize| row == 0 || row == self.height;
@@ -170,13 +186,21 @@ impl Map {
             };
             height * TAU as f64 / self.width as f64
         };
+        let row_sum = |row: usize| {
+            let sum =
+                |column| self.corners(column, row).iter().map(|c| f64::from(luminance(*c))).sum::<f64>();
+            0.25 * solid_angle(row) * (0..self.width).map(sum).sum::<f64>()
+        };
+        let sums: Vec<f64> = (0..=self.height).into_par_iter().map(row_sum).collect();
+        let mean = (sums.iter().sum::<f64>() / (2.0 * TAU as f64)) as f32;
+        let excess = |texel: &Vec3| (luminance(*texel) - NEGLECTED * mean).max(0.0);
         let grid = Grid::new(self.width, self.height + 1, |row, weights| {
             let scale = (0.25 * solid_angle(row)) as f32;
             for (column, weight) in weights.iter_mut().enumerate() {
-                let sum: f32 = self.corners(column, row).map(|c| scale * luminance(c.into())).iter().sum();
-                *weight = sum;
+                *weight = self.corners(column, row).iter().map(|texel| scale * excess(texel)).sum();
             }
-        })?;
+        });
+        let Some(grid) = grid else { return (mean, None) };
         let density = (0..=self.height)
             .map(|row| {
                 let s =
@@ -184,8 +208,14 @@ impl Map {
                 (s / grid.total()) as f32
             })
             .collect();
-        Some(Sampling { grid, density })
+        (mean, Some(Sampling { grid, density }))
     }
+}
+
+/// Between the corners of a cell.
+#[inline(always)]
+fn blend([a, b, c, d]: &[Vec3; 4], at: Vec2) -> Vec3 {
+    a.lerp(*b, at.x).lerp(c.lerp(*d, at.x), at.y)
 }
 
 /// sin θ.
@@ -241,11 +271,11 @@ mod tests {
 
     fn check(name: &str, map: &Map) {
         let sample = |[a, b, _]: [f32; 3]| map.sample(Vec2::new(a, b));
-        chi2_test(name, |u| sample(u).map(|s| s.wi), |w| map.pdf(w));
+        chi2_test(name, |u| sample(u).map(|s| s.wi), |w| map.look(w).1);
         for i in 0..2000 {
             let s = sample(r3(i)).expect("not black");
             assert!(s.wi.is_normalized());
-            let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
+            let (radiance, pdf) = map.look(s.wi);
             let slack = 2e-3 * s.pdf + 1e-4 / map.mean_luminance(); // u and v have 24 bits each
             assert!((pdf - s.pdf).abs() < slack, "{name}: drawn with {}, pdf is {pdf}", s.pdf);
             assert!(
@@ -268,15 +298,20 @@ mod tests {
     }
 
     #[test]
-    fn density_integrates_to_one_and_is_zero_only_where_it_is_black() {
+    fn density_integrates_to_one_and_is_zero_only_where_it_is_dark() {
         let map = map(&image(16, 8, |x, y| if (x, y) == (3, 2) { [0.0, 0.0, 1.0] } else { [0.0; 3] }), 0.0);
-        let mass = integrate_sphere(|w| map.pdf(w));
+        let mass = integrate_sphere(|w| map.look(w).1);
         assert!((mass - 1.0).abs() < 2e-3, "{mass}");
+        let mut dark = 0;
         for i in 0..10_000 {
             let [a, b, _] = r3(i);
             let w = crate::sampling::warp::uniform_sphere(Vec2::new(a, b));
-            assert_eq!(map.radiance(w) == Vec3::ZERO, map.pdf(w) == 0.0);
+            let (radiance, pdf) = map.look(w);
+            assert_eq!(radiance, map.radiance(w));
+            assert!(pdf > 0.0 || luminance(radiance) <= 0.5 * map.mean, "{radiance}");
+            dark += u32::from(pdf == 0.0);
         }
+        assert!(dark > 9000, "{dark}");
     }
 
     #[test]
@@ -285,7 +320,7 @@ mod tests {
         for i in 0..5000 {
             let [a, b, _] = r3(i);
             let s = map.sample(Vec2::new(a, b)).expect("not black");
-            let weight = luminance(s.radiance) / s.pdf / (4.0 * PI * map.mean_luminance());
+            let weight = (luminance(s.radiance) - 0.5 * map.mean) / s.pdf / (4.0 * PI * map.mean_excess());
             assert!((0.3..1.8).contains(&weight), "{weight} towards {}", s.wi);
         }
     }
@@ -315,9 +350,9 @@ mod tests {
         assert!((at_seam.x - 1.5).abs() < 1e-4, "between columns 3 and 0: {at_seam}");
         for w in [Vec3::Y, Vec3::NEG_Y, Vec3::new(1e-20, 1.0, 0.0), Vec3::new(0.0, -1.0, -1e-20)] {
             assert_eq!(map.radiance(w).y, if w.y > 0.0 { 0.0 } else { 3.0 });
-            assert!(map.pdf(w) > 0.0 && map.pdf(w).is_finite());
+            assert!(map.look(w).1.is_finite());
         }
-        map.pdf(Vec3::NAN); // must not panic
+        map.look(Vec3::NAN); // must not panic
     }
 
     #[test]
@@ -330,7 +365,7 @@ mod tests {
         assert!(Map::new(&short, ColorSpace::Linear, 1.0, 0.0).is_none());
         let black = Map::new(&image(3, 3, |_, _| [0.0; 3]), ColorSpace::Linear, 1.0, 0.0).expect("whole").0;
         assert!(black.sample(Vec2::splat(0.5)).is_none());
-        assert_eq!((black.pdf(Vec3::X), black.mean_luminance()), (0.0, 0.0));
+        assert_eq!((black.look(Vec3::X).1, black.mean_luminance()), (0.0, 0.0));
     }
 
     #[test]

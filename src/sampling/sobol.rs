@@ -1,20 +1,46 @@
 //! Owen-scrambled Sobol′ points, four dimensions at a time, a pattern of its own for every pixel.
 //!
-//! Sets of four dimensions are padded: each set shuffles the sample index and scrambles its dimensions with a hash
-//! of (seed, pixel, set), so sets and pixels are independent of each other while each set on its own stays a
+//! Sets of four dimensions are padded: each set shuffles the sample index and shifts its dimensions with a hash of
+//! (seed, pixel, set), so sets and pixels are independent of each other while each set on its own stays a
 //! (0, 2)-sequence in its first two dimensions and well stratified in all four.
+//!
+//! One scrambled sequence of [`PERIOD`] points is tabulated. A set reads it in an order of its own (the index is scrambled as
+//! a number, which keeps aligned blocks of 2ᵏ points together, and each of those is a net) and flips the digits of each
+//! dimension at random: a shift is uniform, so that every estimate is unbiased and pixels are uncorrelated, and it keeps
+//! nets nets. Scrambling anew for every set costs three times as much and gains nothing that was measured. After
+//! [`PERIOD`] samples come shuffles and shifts that have nothing to do with those before.
 //!
 //! Burley 2020, *Practical Hash-based Owen Scrambling*; the permutation is Vegdahl's improvement (2021) of
 //! Laine and Karras's. Direction numbers: Joe and Kuo 2008.
 //!
 //! A point is a pure function of (seed, pixel, index, set), for up to 2³² samples.
 
+use std::sync::LazyLock;
+
+/// Points in the table: 64 KB.
+const PERIOD: u32 = 1 << PERIOD_BITS;
+const PERIOD_BITS: u32 = 12;
+
+/// Point i, as numerators over 2³², at the place of i's bits in reverse.
+static TABLE: LazyLock<Box<[[u32; 4]]>> = LazyLock::new(|| {
+    let sobol = |index: u32| {
+        let directions = [&DIRECTIONS[0], &DIRECTIONS[1], &DIRECTIONS[2]];
+        let sum = |columns: &[u32; 32]| {
+            (0..32).filter(|bit| index >> bit & 1 == 1).fold(0, |sum, bit| sum ^ columns[bit])
+        };
+        let [a, b, c] = directions.map(sum);
+        let mut reversed = [index, a, b, c];
+        for (x, seed) in reversed.iter_mut().zip(1..) {
+            *x = permute(*x, hash(0, seed)).reverse_bits();
+        }
+        reversed
+    };
+    (0..PERIOD).map(|place| sobol(place.reverse_bits() >> (32 - PERIOD_BITS))).collect()
+});
+
 /// Columns of the generator matrices of Sobol′ dimensions 1 to 3, bit-reversed (dimension 0 is the identity then).
 const DIRECTIONS: [[u32; 32]; 3] =
     [directions(&[1], 0, 1), directions(&[1, 3], 1, 2), directions(&[1, 3, 1], 1, 3)];
-
-/// [`DIRECTIONS`] summed over each byte of the index: four look-ups instead of up to 32.
-static BYTES: [[[u32; 256]; 4]; 3] = [bytes(&DIRECTIONS[0]), bytes(&DIRECTIONS[1]), bytes(&DIRECTIONS[2])];
 
 /// Direction numbers from the initial odd numbers `m` and the primitive polynomial of the given degree whose
 /// middle coefficients are the bits of `a`.
@@ -45,58 +71,46 @@ const fn directions(m: &[u32], a: u32, degree: usize) -> [u32; 32] {
     v
 }
 
-const fn bytes(columns: &[u32; 32]) -> [[u32; 256]; 4] {
-    let mut table = [[0u32; 256]; 4];
-    let mut byte = 0;
-    while byte < 4 {
-        let mut value = 0;
-        while value < 256 {
-            let mut bit = 0;
-            while bit < 8 {
-                if (value >> bit) & 1 == 1 {
-                    table[byte][value] ^= columns[8 * byte + bit];
-                }
-                bit += 1;
-            }
-            value += 1;
-        }
-        byte += 1;
-    }
-    table
-}
-
 /// The sequence of one pixel at one sample index.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
-    key: u32,
+    table: &'static [[u32; 4]],
+    /// Of the pixel and the period.
+    key: u64,
     index: u32,
+    /// Place in the table before any shuffle, in the uppermost bits.
+    place: u32,
 }
 
 impl PixelSampler {
     pub fn new(seed: u64, x: u32, y: u32, index: u32) -> Self {
         let pixel = mix(seed ^ mix((x as u64) << 32 | y as u64));
-        Self { key: (pixel >> 32) as u32, index }
+        let (period, within) = (index / PERIOD, index % PERIOD);
+        let key = pixel ^ (u64::from(period)).wrapping_mul(0x9fb2_1c65_1e98_df25);
+        Self { table: &TABLE, key, index, place: within.reverse_bits() }
     }
 
     /// Four stratified numbers in [0, 1). Each `set` is independent of the others.
+    #[inline]
     pub fn draw4(&self, set: u32) -> [f32; 4] {
-        let key = hash(self.key, set);
-        let index = permute(self.index.reverse_bits(), key).reverse_bits();
-        let [b0, b1, b2, b3] = index.to_le_bytes().map(usize::from);
-        let scrambled = |d: u32, reversed: u32| unit(permute(reversed, hash(key, d + 1)).reverse_bits());
-        let sobol = |t: &[[u32; 256]; 4]| t[0][b0] ^ t[1][b1] ^ t[2][b2] ^ t[3][b3];
+        let a = mix(self.key.wrapping_add(u64::from(set) << 32));
+        let b = mix(a);
+        let c = b.wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let place = permute(self.place, (a >> 32) as u32) >> (32 - PERIOD_BITS);
+        let point = &self.table[place as usize];
+        let shift = [a as u32, (b >> 32) as u32, b as u32, (c >> 32) as u32];
         [
-            scrambled(0, index),
-            scrambled(1, sobol(&BYTES[0])),
-            scrambled(2, sobol(&BYTES[1])),
-            scrambled(3, sobol(&BYTES[2])),
+            unit(point[0] ^ shift[0]),
+            unit(point[1] ^ shift[1]),
+            unit(point[2] ^ shift[2]),
+            unit(point[3] ^ shift[3]),
         ]
     }
 
     /// A number in [0, 1) for a decision that belongs to something met on the way (such as the coverage of a
     /// triangle): the same for the same `salt`, independent of all others.
     pub fn hashed(&self, salt: u64) -> f32 {
-        unit((mix(salt ^ mix((self.key as u64) << 32 | self.index as u64)) >> 32) as u32)
+        unit((mix(salt ^ mix(self.key ^ self.index as u64)) >> 32) as u32)
     }
 }
 

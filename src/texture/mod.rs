@@ -54,49 +54,79 @@ impl Textures {
         if !position.is_finite() {
             return Vec4::ZERO;
         }
-        let fetch = |x: i32, y: i32| {
-            let (x, y) = (wrap(texture.wrap_u, x, width), wrap(texture.wrap_v, y, height));
-            self.texel(image, texture.color_space, y as usize * width as usize + x as usize)
+        let nearest = texture.filter == Filter::Nearest;
+        let shifted = if nearest { position } else { position - 0.5 };
+        let (x, fx) = floor(shifted.x);
+        let (y, fy) = floor(shifted.y);
+        let columns = [x, x.saturating_add(1)].map(|x| wrap(texture.wrap_u, x, width) as usize);
+        let rows =
+            [y, y.saturating_add(1)].map(|y| wrap(texture.wrap_v, y, height) as usize * width as usize);
+        let corners = if nearest {
+            Corners { at: [rows[0] + columns[0]; 4], fx: 0.0, fy: 0.0 }
+        } else {
+            let [above, below] = rows.map(|row| columns.map(|column| row + column));
+            Corners { at: [above[0], above[1], below[0], below[1]], fx, fy }
         };
-        if texture.filter == Filter::Nearest {
-            let cell = position.floor();
-            return fetch(cell.x as i32, cell.y as i32);
-        }
-        let corner = (position - 0.5).floor();
-        let f = position - 0.5 - corner;
-        let (x, y) = (corner.x as i32, corner.y as i32);
-        let (next_x, next_y) = (x.saturating_add(1), y.saturating_add(1));
-        fetch(x, y).lerp(fetch(next_x, y), f.x).lerp(fetch(x, next_y).lerp(fetch(next_x, next_y), f.x), f.y)
-    }
-
-    fn texel(&self, image: &Image, space: ColorSpace, i: usize) -> Vec4 {
-        match (&image.texels, space) {
-            (Texels::Rgba8(t), ColorSpace::Srgb) => {
+        match (&image.texels, texture.color_space) {
+            (Texels::Rgba8(t), ColorSpace::Srgb) => corners.blend(|i| {
                 let [r, g, b, a] = t[i];
                 let linear = |c: u8| self.srgb[usize::from(c)];
-                Vec4::new(linear(r), linear(g), linear(b), f32::from(a) / 255.0)
-            }
-            (Texels::Rgba8(t), ColorSpace::Linear) => Vec4::from(t[i].map(f32::from)) / 255.0,
-            (Texels::Rgba16(t), space) => {
-                let v = Vec4::from(t[i].map(f32::from)) / 65535.0;
+                Vec4::new(linear(r), linear(g), linear(b), f32::from(a) * (1.0 / 255.0))
+            }),
+            (Texels::Rgba8(t), ColorSpace::Linear) => corners.blend(|i| bytes(t[i])) * (1.0 / 255.0),
+            (Texels::Rgba16(t), space) => corners.blend(|i| {
+                let [r, g, b, a] = t[i];
+                let v = Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) * (1.0 / 65535.0);
                 match space {
                     ColorSpace::Srgb => v.truncate().map(srgb_decode).extend(v.w),
                     ColorSpace::Linear => v,
                 }
-            }
-            (Texels::RgbF32(t), _) => {
+            }),
+            (Texels::RgbF32(t), _) => corners.blend(|i| {
                 let [r, g, b] = t[i];
                 Vec4::new(r, g, b, 1.0)
-            }
+            }),
         }
     }
 }
 
+/// Places in the list of texels: upper left, upper right, lower left, lower right; and how far between them.
+struct Corners {
+    at: [usize; 4],
+    fx: f32,
+    fy: f32,
+}
+
+impl Corners {
+    #[inline(always)]
+    fn blend(&self, texel: impl Fn(usize) -> Vec4) -> Vec4 {
+        let [a, b, c, d] = self.at;
+        let above = texel(a).lerp(texel(b), self.fx);
+        above.lerp(texel(c).lerp(texel(d), self.fx), self.fy)
+    }
+}
+
+#[inline(always)]
+fn bytes([r, g, b, a]: [u8; 4]) -> Vec4 {
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
+}
+
+/// The whole number at or below x, and what is above it. (Without a call: the instruction is not on every processor.)
+#[inline(always)]
+fn floor(x: f32) -> (i32, f32) {
+    let truncated = x as i32;
+    let whole = truncated.saturating_sub(i32::from((truncated as f32) > x));
+    (whole, (x - whole as f32).clamp(0.0, 1.0))
+}
+
 /// Texel index inside [0, n).
+#[inline(always)]
 fn wrap(mode: Wrap, i: i32, n: i32) -> i32 {
+    if i >= 0 && i < n {
+        return i;
+    }
     match mode {
         Wrap::ClampToEdge => i.clamp(0, n - 1),
-        Wrap::Repeat if i >= 0 && i < n => i,
         Wrap::Repeat => i.rem_euclid(n),
         Wrap::MirroredRepeat => {
             let folded = i.rem_euclid(2 * n);

@@ -2,10 +2,12 @@
 
 use super::*;
 use crate::{
+    geometry::Frame,
     light::{Quad, Sphere, Triangle},
     sampling::{
+        mis::power_heuristic,
         stats::{chi2_test, r3},
-        warp::uniform_sphere,
+        warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere},
     },
     world::{EnvironmentKind, Light},
 };
@@ -27,18 +29,26 @@ fn sphere(center: Vec3, radius: f32) -> Shape {
     Shape::Sphere(Sphere { center, radius })
 }
 
-/// Irradiance at `p` on a surface of normal `n`, where every surface emits a radiance of 1.
+/// Irradiance at `p` on a surface of normal `n`, where every surface emits a radiance of 1. What comes from afar is found
+/// by directions drawn by the cosine, too.
 fn irradiance(lights: &Lights, p: Vec3, n: Vec3) -> f32 {
     let count = 1 << 19;
+    let frame = Frame::from_z(n);
     let mut sum = 0.0;
     for i in 0..count {
         let [a, b, c] = r3(i);
-        let Some(s) = lights.sample(p, a, Vec2::new(b, c)) else { continue };
-        let radiance = match s.source {
-            Source::Radiance(radiance) => radiance.x,
-            Source::Surface { .. } => 1.0,
-        };
-        sum += (radiance * s.wi.dot(n).max(0.0) / s.pdf) as f64;
+        if let Some(s) = lights.sample(p, a, Vec2::new(b, c)) {
+            let cos = s.wi.dot(n).max(0.0);
+            let radiance = match s.source {
+                Source::Radiance(radiance) if s.delta => radiance.x,
+                Source::Radiance(radiance) => radiance.x * power_heuristic(s.pdf, cosine_hemisphere_pdf(cos)),
+                Source::Surface { .. } => 1.0,
+            };
+            sum += (radiance * cos / s.pdf) as f64;
+        }
+        let w = cosine_hemisphere(Vec2::new(b, c));
+        let (radiance, pdf) = lights.escaped(p, frame.to_world(w));
+        sum += (PI * radiance.x * power_heuristic(cosine_hemisphere_pdf(w.z), pdf)) as f64;
     }
     (sum / count as f64) as f32
 }
@@ -133,7 +143,7 @@ fn directions_follow_the_densities_of_all_lights_together() {
                 (along > 0.0 && near >= 0.0)
                     .then(|| lights.pdf_surface(emitter, p, p + (along - near.sqrt()) * w))
             };
-            lights.pdf_escaped(p, w) + surfaces.iter().filter_map(through).sum::<f32>()
+            lights.escaped(p, w).1 + surfaces.iter().filter_map(through).sum::<f32>()
         },
     );
 }
@@ -149,8 +159,9 @@ fn a_sample_carries_the_density_that_is_asked_for_later() {
         let Some(s) = lights.sample(p, a, Vec2::new(b, c)) else { continue };
         let pdf = match s.source {
             Source::Radiance(radiance) => {
-                assert_eq!(radiance, lights.escaped_radiance(s.wi));
-                lights.pdf_escaped(p, s.wi)
+                let (expected, pdf) = lights.escaped(p, s.wi);
+                assert_eq!(radiance, expected);
+                pdf
             }
             Source::Surface { point, object, primitive, .. } => {
                 assert_eq!((object, primitive), (3, 5));
@@ -218,5 +229,5 @@ fn what_has_no_power_is_never_chosen() {
     for emitter in 0..9 {
         assert_eq!(lights.pdf_surface(emitter, Vec3::ZERO, Vec3::Y), 0.0);
     }
-    assert_eq!(lights.pdf_escaped(Vec3::ZERO, Vec3::Y), 0.0);
+    assert_eq!(lights.escaped(Vec3::ZERO, Vec3::Y).1, 0.0);
 }
