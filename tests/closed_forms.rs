@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Affine2, Affine3A, Mat3, Vec2, Vec3};
 use rayo::{
     compile::compile,
-    integrator::{RayCounts, sample_pixel},
+    integrator::{RayCounts, sample_pixel, trace_lamp_path},
     render::{Bounces, FilterKind, PixelFilter, Settings},
     world::*,
 };
@@ -96,8 +96,15 @@ impl Stage {
         };
         let scene = compile(self.world, &settings);
         let mut counts = RayCounts::default();
-        let values: Vec<f64> =
-            (0..samples).map(|i| sample_pixel(&scene, 0, 0, i, &mut counts).y as f64).collect();
+        // With every path from the camera goes one from a lamp, where lamps are focused.
+        let mut splats = Vec::new();
+        let mut sample = |i| {
+            splats.clear();
+            trace_lamp_path(&scene, [0, 0], i, &mut counts, &mut splats);
+            let brought = splats.iter().map(|splat| splat.radiance).sum::<Vec3>();
+            f64::from((sample_pixel(&scene, 0, 0, i, &mut counts) + brought).y)
+        };
+        let values: Vec<f64> = (0..samples).map(&mut sample).collect();
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;

@@ -17,11 +17,12 @@ fn film(name: &str, threads: usize, seed: u64) -> Vec<u64> {
     let settings = Settings { size: [60, 40], samples: 24, threads: Some(threads), seed, ..settings };
     let scene = compile(world, &settings);
     let rendering = render::render(&scene, &settings, &Monitor::default()).expect("rendered");
-    let pixels = rendering.film.pixels().iter();
+    let film = rendering.film;
+    let pixels = film.pixels().iter().enumerate();
     pixels
-        .flat_map(|p| {
-            let variance = p.variance().unwrap_or_default();
-            let floats = [p.mean().to_array(), variance.to_array()].concat();
+        .flat_map(|(i, p)| {
+            let variance = film.variance(i).unwrap_or_default().as_vec3();
+            let floats = [film.radiance(i).to_array(), variance.to_array()].concat();
             floats.into_iter().map(|f| u64::from(f.to_bits())).chain([p.kept().into(), p.dropped().into()])
         })
         .collect()

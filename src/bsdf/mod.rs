@@ -120,6 +120,15 @@ impl Bsdf {
         }
     }
 
+    /// Scatters so widely that it may be taken for Lambert's surface where only a rough density is wanted.
+    pub fn is_matte(&self) -> bool {
+        match self {
+            Self::Diffuse(_) => true,
+            Self::Pbr(lobe) => lobe.is_matte(),
+            _ => false,
+        }
+    }
+
     /// Only delta lobes (or none): next-event estimation is pointless.
     pub fn is_delta(&self) -> bool {
         matches!(self, Self::Black | Self::Mirror(_) | Self::Dielectric(_))

@@ -48,6 +48,9 @@ const MIN_ALPHA: f32 = 1e-4;
 /// However faint the layer is on average (its index next to 1), facets that reflect more must not weigh thousands.
 const MIN_P_SPECULAR: f32 = 0.01;
 
+/// From here on even the lobe of a metal is wide.
+const MATTE_ALPHA: f32 = 0.25;
+
 #[derive(Clone, Copy, Debug)]
 pub struct Pbr {
     ggx: Ggx,
@@ -91,6 +94,10 @@ impl Pbr {
             diffuse: (1.0 - metallic) * base_color,
             matte,
         })
+    }
+
+    pub fn is_matte(&self) -> bool {
+        self.ggx.alpha >= MATTE_ALPHA
     }
 
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {

@@ -22,23 +22,15 @@ const CELLS: usize = 1024;
 pub struct FilterTable {
     /// x at which the integral of the filter reaches i / CELLS.
     quantiles: Vec<f32>,
+    filter: PixelFilter,
+    /// Of f over the support.
+    integral: f32,
 }
 
 impl FilterTable {
     pub fn new(filter: PixelFilter) -> Self {
         let width = filter.width as f64;
-        let f = |x: f64| match filter.kind {
-            FilterKind::Box => 1.0,
-            FilterKind::Gaussian => {
-                let gaussian = |x: f64| (-18.0 * (x / width).powi(2)).exp();
-                gaussian(x) - gaussian(width / 2.0)
-            }
-            FilterKind::BlackmanHarris => {
-                let theta = TAU * (x / width + 0.5);
-                0.35875 - 0.48829 * theta.cos() + 0.14128 * (2.0 * theta).cos()
-                    - 0.01168 * (3.0 * theta).cos()
-            }
-        };
+        let f = |x: f64| value(filter.kind, width, x);
         const STEPS: usize = 1 << 16;
         let x = |i: usize| width * (i as f64 / STEPS as f64 - 0.5);
         let mut integral = vec![0.0; STEPS + 1];
@@ -52,7 +44,8 @@ impl FilterTable {
             let part = (target - integral[i - 1]) / (integral[i] - integral[i - 1]).max(f64::MIN_POSITIVE);
             (x(i - 1) + part.clamp(0.0, 1.0) * (x(i) - x(i - 1))) as f32
         };
-        Self { quantiles: (0..=CELLS).map(quantile).collect() }
+        let integral = (total * width / STEPS as f64) as f32;
+        Self { quantiles: (0..=CELLS).map(quantile).collect(), filter, integral }
     }
 
     /// Offset from the pixel's centre, in pixels.
@@ -60,11 +53,46 @@ impl FilterTable {
         Vec2::new(self.axis(u.x), self.axis(u.y))
     }
 
+    /// The density of [`sample`](Self::sample) at an offset, per square pixel.
+    pub fn density(&self, offset: Vec2) -> f32 {
+        let axis = |x: f32| {
+            let inside = x.abs() <= 0.5 * self.filter.width;
+            let f = || value(self.filter.kind, self.filter.width.into(), x.into()) as f32 / self.integral;
+            if inside { f() } else { 0.0 }
+        };
+        if self.filter.kind == FilterKind::Box {
+            // (a constant: no need for the table's digits)
+            let inside = offset.abs().max_element() <= 0.5 * self.filter.width;
+            return if inside { 1.0 / (self.filter.width * self.filter.width) } else { 0.0 };
+        }
+        axis(offset.x) * axis(offset.y)
+    }
+
+    /// Half of the support's width, pixels.
+    pub fn reach(&self) -> f32 {
+        0.5 * self.filter.width
+    }
+
     fn axis(&self, u: f32) -> f32 {
         let scaled = u * CELLS as f32;
         let i = (scaled as usize).min(CELLS - 1);
         let (a, b) = (self.quantiles[i], self.quantiles[i + 1]);
         a + (b - a) * (scaled - i as f32)
+    }
+}
+
+/// f(x), not normalised.
+fn value(kind: FilterKind, width: f64, x: f64) -> f64 {
+    match kind {
+        FilterKind::Box => 1.0,
+        FilterKind::Gaussian => {
+            let gaussian = |x: f64| (-18.0 * (x / width).powi(2)).exp();
+            gaussian(x) - gaussian(width / 2.0)
+        }
+        FilterKind::BlackmanHarris => {
+            let theta = TAU * (x / width + 0.5);
+            0.35875 - 0.48829 * theta.cos() + 0.14128 * (2.0 * theta).cos() - 0.01168 * (3.0 * theta).cos()
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 
 mod filter;
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Mat3A, Vec2, Vec3};
 
 pub use filter::FilterTable;
 
@@ -16,6 +16,8 @@ use crate::{geometry::Ray, sampling::warp::concentric_disk, world};
 #[derive(Clone, Debug)]
 pub struct Camera {
     to_world: Affine3A,
+    /// The inverse, where lengths are the same in both.
+    to_camera: Option<Affine3A>,
     /// Viewport units per pixel, and the viewport point of the picture's top left corner.
     pixel: f32,
     corner: Vec2,
@@ -35,6 +37,7 @@ impl Camera {
         let pixel = 2.0 * half_height / height;
         Self {
             to_world: camera.to_world,
+            to_camera: (is_rigid(&camera.to_world) && !orthographic).then(|| camera.to_world.inverse()),
             pixel,
             corner: Vec2::new(-0.5 * width * pixel, half_height),
             orthographic,
@@ -63,6 +66,61 @@ impl Camera {
             self.to_world.transform_vector3(direction).normalize(),
         )
     }
+}
+
+/// Where a point is seen on the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Connection {
+    /// In pixels from the top left of the whole picture.
+    pub at: Vec2,
+    /// The point of the lens.
+    pub lens: Vec3,
+    /// Solid-angle density of [`Camera::ray`] towards the point where each picture point is drawn with density 1 per
+    /// square pixel, sr⁻¹.
+    pub density: f32,
+}
+
+impl Camera {
+    /// Whether [`connect`](Self::connect) works: not for orthographic cameras.
+    pub fn connects(&self) -> bool {
+        self.to_camera.is_some()
+    }
+
+    /// Where `point` is seen through lens point `lens` (uniform in the unit square); `None` behind the camera.
+    pub fn connect(&self, point: Vec3, lens: Vec2) -> Option<Connection> {
+        let point = self.to_camera?.transform_point3(point);
+        let lens = if self.lens_radius > 0.0 {
+            (self.lens_radius * concentric_disk(lens)).extend(0.0)
+        } else {
+            Vec3::ZERO
+        };
+        let direction = point - lens;
+        let depth = -direction.z;
+        if depth <= 0.0 {
+            return None;
+        }
+        // the point of the plane of focus on the same ray, as a viewport point
+        let focus = if self.lens_radius > 0.0 { self.focus } else { 1.0 };
+        let viewport = (lens + direction * (focus / depth)).truncate() / focus;
+        let at = Vec2::new(viewport.x - self.corner.x, self.corner.y - viewport.y) / self.pixel;
+        let density = self.density_at(depth / direction.length());
+        Some(Connection { at, lens: self.to_world.transform_point3(lens), density })
+    }
+
+    /// As [`Connection::density`], of a ray in this direction.
+    pub fn density(&self, direction: Vec3) -> f32 {
+        self.density_at(-direction.dot(self.to_world.matrix3.z_axis.into()))
+    }
+
+    /// dω = cos³θ dA on the viewport at distance 1, for any point of the lens.
+    fn density_at(&self, cos: f32) -> f32 {
+        1.0 / (self.pixel * self.pixel * cos * cos * cos)
+    }
+}
+
+fn is_rigid(m: &Affine3A) -> bool {
+    let m = m.matrix3;
+    (m.transpose() * m).abs_diff_eq(Mat3A::IDENTITY, 1e-4)
 }
 
 #[cfg(test)]
@@ -110,6 +168,27 @@ mod tests {
         }
         let edge = c.ray(at, Vec2::new(0.0, 0.5)).origin.distance(Vec3::new(1.0, 2.0, 3.0));
         assert!((edge - 0.15).abs() < 1e-6, "aperture is a diameter");
+    }
+
+    #[test]
+    fn points_are_seen_where_their_rays_go_through() {
+        for aperture in [0.0, 0.3] {
+            let c = Camera::new(&camera(Projection::Perspective { vfov: 1.0 }, aperture), [100, 80]);
+            for (at, lens) in
+                [(Vec2::new(20.0, 70.0), Vec2::new(0.1, 0.7)), (Vec2::new(99.0, 3.0), Vec2::splat(0.6))]
+            {
+                let ray = c.ray(at, lens);
+                let seen = c.connect(ray.at(2.5), lens).expect("in front");
+                assert!(seen.at.abs_diff_eq(at, 1e-3) && seen.lens.abs_diff_eq(ray.origin, 1e-5));
+                assert!((seen.density / c.density(ray.direction) - 1.0).abs() < 1e-4);
+                // one pixel's share of directions, by three neighbouring rays
+                let [right, down] =
+                    [Vec2::X, Vec2::Y].map(|step| c.ray(at + 0.1 * step, lens).direction - ray.direction);
+                assert!((right.cross(down).length() * seen.density / 0.01 - 1.0).abs() < 1e-2);
+                assert!(c.connect(ray.at(-1.0), lens).is_none());
+            }
+        }
+        assert!(!Camera::new(&camera(Projection::Orthographic { half_height: 1.0 }, 0.0), [9, 9]).connects());
     }
 
     #[test]

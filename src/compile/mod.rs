@@ -8,16 +8,17 @@ mod scene;
 
 use std::time::Instant;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
     accel::{self, Accel, Blas, Shape},
     camera::{Camera, FilterTable},
-    light::{Environment, Lights},
+    light::{Aim, Environment, Lights},
     material,
-    render::Settings,
+    render::{Bounces, Settings},
     texture::Textures,
-    world::{Alpha, Material, Surface, World},
+    world::{Alpha, Material, Mesh, Surface, World},
 };
 
 pub use object::{Object, ObjectKind};
@@ -73,19 +74,56 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         objects_set_aside: accel.set_aside() as u64,
         environment_texels_set_aside: environment.dropped_texels as u64,
     };
+    let window = settings.window();
+    let camera = Camera::new(&camera, settings.size);
+    let Bounces { total, diffuse, glossy, transmission } = settings.bounces;
+    // Paths from lamps do not know which of a material's lobes a path from the camera would have taken.
+    let aims = camera.connects() && diffuse.min(glossy).min(transmission) >= total;
+    let aim = aims.then(|| focusing(&objects, &model.meshes, &model.materials, &textures));
+    let aim = aim.and_then(|boxes| Aim::new(&emitters, &boxes));
     Scene {
         lights: Lights::new(&emitters, environment),
+        aim,
+        lamp_paths: window[2] as f32 * window[3] as f32,
+        window,
         accel,
         objects,
         meshes: model.meshes,
         materials: model.materials,
         textures,
-        camera: Camera::new(&camera, settings.size),
+        camera,
         filter: FilterTable::new(settings.filter),
         seed: settings.seed,
         bounces: settings.bounces,
         stats,
     }
+}
+
+/// Lower and upper corners of what focuses light, in the world.
+fn focusing(
+    objects: &[Object],
+    meshes: &[Mesh],
+    materials: &[Material],
+    textures: &Textures,
+) -> Vec<[Vec3; 2]> {
+    let focuses: Vec<bool> = materials.iter().map(|m| material::focuses(m, textures)).collect();
+    let corners = |points: &mut dyn Iterator<Item = Vec3>| {
+        points.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+    };
+    objects
+        .iter()
+        .filter(|object| object.materials.iter().any(|m| focuses[m.index()]))
+        .map(|object| match &object.kind {
+            ObjectKind::Sphere { center, radius } => [*center - *radius, *center + *radius],
+            ObjectKind::Quad { origin, u, v, .. } => {
+                corners(&mut [*origin, origin + u, origin + v, origin + u + v].into_iter())
+            }
+            ObjectKind::Instance { mesh, placement } => {
+                let positions = meshes[mesh.index()].positions.iter();
+                corners(&mut positions.map(|p| placement.to_world.transform_point3(*p)))
+            }
+        })
+        .collect()
 }
 
 /// Whether a ray that meets this material may pass through it untouched.

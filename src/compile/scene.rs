@@ -10,7 +10,7 @@ use crate::{
     accel::{Accel, Hit},
     camera::{Camera, FilterTable},
     geometry::{Ray, offset},
-    light::Lights,
+    light::{Aim, Lights},
     material::{self, SurfacePoint},
     render::Bounces,
     texture::Textures,
@@ -71,6 +71,12 @@ pub struct Scene {
     pub materials: Vec<Material>,
     pub textures: Textures,
     pub lights: Lights,
+    /// Where light is focused by mirrors and glass: the lamps and their directions towards those.
+    pub aim: Option<Aim>,
+    /// Paths from lamps for each path through a pixel.
+    pub lamp_paths: f32,
+    /// x, y, width, height of the part of the picture that is rendered.
+    pub window: [u32; 4],
     pub camera: Camera,
     pub filter: FilterTable,
     pub seed: u64,

@@ -4,14 +4,21 @@
 //! to the bit for any number of threads and any order of tiles. [`Film::tiles_mut`] cuts the film into parts that
 //! threads can own without locks.
 //!
-//! Memory: 56 bytes a pixel ([`Pixel`]), 118 MB for 1920 × 1080, 465 MB for 3840 × 2160.
+//! Memory: 56 bytes a pixel ([`Pixel`]), 118 MB for 1920 × 1080, 465 MB for 3840 × 2160; 48 more where light comes from
+//! the lamps' side as well ([`Lamps`]).
 
+mod lamps;
 mod noise;
 mod pixel;
 mod tile;
 
 use std::collections::TryReserveError;
 
+use glam::{DVec3, Vec3};
+
+use crate::color::LUMINANCE;
+
+pub use lamps::Lamps;
 pub use noise::NoiseMap;
 pub use pixel::Pixel;
 pub use tile::Tile;
@@ -22,6 +29,7 @@ pub struct Film {
     width: u32,
     height: u32,
     pixels: Vec<Pixel>,
+    lamps: Lamps,
 }
 
 /// How many samples the pixels of a film hold, dropped ones included.
@@ -43,7 +51,36 @@ impl Film {
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(len)?;
         pixels.resize(len, Pixel::default());
-        Ok(Self { width, height, pixels })
+        Ok(Self { width, height, pixels, lamps: Lamps::default() })
+    }
+
+    /// Takes what paths from lamps bring as well, or an error where there is not the memory.
+    pub fn with_lamps(mut self) -> Result<Self, TryReserveError> {
+        self.lamps = Lamps::new(self.pixels.len())?;
+        Ok(self)
+    }
+
+    pub fn lamps_mut(&mut self) -> &mut Lamps {
+        &mut self.lamps
+    }
+
+    /// What a pixel (by its place, row by row) shows: the mean of its samples and what lamps bring. Black without samples.
+    pub fn radiance(&self, pixel: usize) -> Vec3 {
+        (self.pixels[pixel].mean().as_dvec3() + self.lamps.mean(pixel)).as_vec3()
+    }
+
+    /// The estimated variance of [`radiance`](Self::radiance), per channel; `None` below two samples.
+    pub fn variance(&self, pixel: usize) -> Option<DVec3> {
+        let own = &self.pixels[pixel];
+        Some(own.variance()?.as_dvec3() / f64::from(own.kept()) + self.lamps.variance(pixel))
+    }
+
+    /// Luminance of a pixel and its standard error, which is infinite below two samples.
+    pub fn luminance_and_error(&self, pixel: usize) -> (f64, f64) {
+        let own = &self.pixels[pixel];
+        let lamps = self.lamps.variance(pixel).map(f64::sqrt).dot(LUMINANCE);
+        let luminance = own.luminance() + self.lamps.mean(pixel).dot(LUMINANCE);
+        (luminance, own.luminance_error().hypot(lamps))
     }
 
     pub fn width(&self) -> u32 {
@@ -61,7 +98,7 @@ impl Film {
 
     /// Bytes of the pixels.
     pub fn memory(&self) -> usize {
-        size_of_val(self.pixels.as_slice())
+        size_of_val(self.pixels.as_slice()) + self.lamps.memory()
     }
 
     /// Panics outside the film.

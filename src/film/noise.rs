@@ -16,7 +16,7 @@
 
 use rayon::prelude::*;
 
-use super::{Film, Pixel};
+use super::Film;
 
 /// Below this share of the picture's middle brightness an error counts as absolute.
 const FLOOR: f64 = 0.1;
@@ -34,21 +34,24 @@ impl NoiseMap {
         let pixels = film.pixels();
         // Sums by row, then over rows in order: the same bits for any number of threads.
         let mean = |sums: Vec<f64>| sums.iter().sum::<f64>() / pixels.len().max(1) as f64;
-        let root_of_row = |row: &[Pixel]| row.iter().map(|p| p.luminance().sqrt()).sum();
-        let mean_root = mean(pixels.par_chunks(width).map(root_of_row).collect());
+        let row = |y: usize| y * width..(y + 1) * width;
+        let root_of_row = |y| row(y).map(|i| film.luminance_and_error(i).0.sqrt()).sum();
+        let rows = pixels.len() / width;
+        let mean_root = mean((0..rows).into_par_iter().map(root_of_row).collect());
         let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
         let mut errors = vec![0.0; pixels.len()];
-        let fill_row = |(errors, row): (&mut [f32], &[Pixel])| {
+        let fill_row = |(y, errors): (usize, &mut [f32])| {
             let mut squares = 0.0;
-            for (error, pixel) in errors.iter_mut().zip(row) {
-                let relative = pixel.luminance_error() / pixel.luminance().max(floor);
+            for (error, i) in errors.iter_mut().zip(row(y)) {
+                let (luminance, uncertainty) = film.luminance_and_error(i);
+                let relative = uncertainty / luminance.max(floor);
                 *error = relative as f32;
                 squares += relative * relative;
             }
             squares
         };
-        let rows = errors.par_chunks_mut(width).zip(pixels.par_chunks(width));
-        let estimate = mean(rows.map(fill_row).collect()).sqrt();
+        let filled = errors.par_chunks_mut(width).enumerate();
+        let estimate = mean(filled.map(fill_row).collect()).sqrt();
         Self { width, errors, estimate }
     }
 

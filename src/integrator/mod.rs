@@ -13,11 +13,13 @@
 //! shines through them is found by the paths that pass them. Smooth thin walls let shadow rays through, and a path that crosses
 //! one goes on as if it had not met it: that is no bounce.
 
+mod caustics;
 mod media;
 mod wavelength;
 
 use glam::{Vec2, Vec3};
 
+use self::caustics::Competition;
 use self::media::{Media, beer};
 use crate::{
     accel::Hit,
@@ -54,16 +56,27 @@ struct Arrival {
     pdf: Option<f32>,
 }
 
+pub use caustics::{Splat, trace_lamp_path};
+
 /// The radiance along one camera ray through pixel (x, y): sample `index` of the pixel's sequence.
 pub fn sample_pixel(scene: &Scene, x: u32, y: u32, index: u32, counts: &mut RayCounts) -> Vec3 {
     let sampler = PixelSampler::new(scene.seed, x, y, index);
     let [fx, fy, lx, ly] = sampler.draw4(0);
-    let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + scene.filter.sample(Vec2::new(fx, fy));
+    let offset = scene.filter.sample(Vec2::new(fx, fy));
+    let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
     counts.camera += 1;
-    trace_path(scene, scene.camera.ray(at, Vec2::new(lx, ly)), &sampler, counts)
+    let ray = scene.camera.ray(at, Vec2::new(lx, ly));
+    let competition = Competition::new(scene, ray.direction, offset);
+    trace_path(scene, ray, competition, &sampler, counts)
 }
 
-fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut RayCounts) -> Vec3 {
+fn trace_path(
+    scene: &Scene,
+    mut ray: Ray,
+    mut competition: Competition,
+    sampler: &PixelSampler,
+    counts: &mut RayCounts,
+) -> Vec3 {
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
     // squared ratio of refractive indices along the path: what refraction did to the throughput is no reason to end it
@@ -92,7 +105,14 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
             radiance += throughput * color;
             break;
         }
-        radiance += throughput * emitted(scene, &hit, &point, wo, &arrival);
+        let found = emitted(scene, &hit, &point, wo, &arrival);
+        if found != Vec3::ZERO {
+            let weight = match arrival.pdf {
+                None if index > 0 => competition.weight(scene, scene.emitter(&hit), &point, wo),
+                _ => 1.0,
+            };
+            radiance += throughput * found * weight;
+        }
         if bounces.exhausted(scene) {
             // Light that needs no more scattering may still be behind walls.
             throughput *= material::passed_straight(material, &scene.textures, &point, wo);
@@ -100,6 +120,7 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
                 break;
             }
             passes += 1;
+            competition.rule_out();
             ray = onward(&point, -wo);
             counts.bounce += 1;
             continue;
@@ -140,9 +161,15 @@ fn trace_path(scene: &Scene, mut ray: Ray, sampler: &PixelSampler, counts: &mut 
                 break;
             }
             passes += 1;
+            competition.rule_out();
             ray = onward(&point, -wo);
             counts.bounce += 1;
             continue;
+        }
+        if index == 0 {
+            competition.first(&bsdf, point.position.distance(arrival.from), wo.dot(point.ng));
+        } else {
+            competition.next(&bsdf, sample.eta);
         }
         bounces.count(sample.kind);
         if let (Some((id, absorption)), Kind::Transmission) = (boundary, sample.kind) {
@@ -176,6 +203,7 @@ fn meet(scene: &Scene, ray: &mut Ray, sampler: &PixelSampler, vertex: u32) -> Op
             return Some(hit);
         }
         ray.origin = offset_origin(point.position, point.error, point.ng, ray.direction);
+        ray.t_max -= hit.t;
     }
     None
 }

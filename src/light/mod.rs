@@ -1,5 +1,6 @@
 //! Where light comes from: shapes, points, the sun and the environment; choosing one of them for a point.
 
+mod aim;
 mod cluster;
 mod environment;
 mod lights;
@@ -12,6 +13,7 @@ mod sun;
 mod tree;
 mod triangle;
 
+pub use aim::{Aim, Departure};
 pub use environment::{Environment, EnvironmentSample};
 pub use lights::{Emitter, FAIR_SHARE, LightSample, Lights, Source};
 pub use punctual::{Incident, Punctual};

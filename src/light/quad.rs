@@ -62,10 +62,15 @@ impl Quad {
             let pdf = 1.0 / seen.solid_angle;
             return Some(ShapeSample { point: self.point(uv), normal: self.normal, uv, pdf });
         }
-        let uv = if self.round { 0.5 * (concentric_disk(u) + Vec2::ONE) } else { u };
-        let point = self.point(uv);
+        let (point, uv) = self.sample_area(u);
         let pdf = area_to_solid_angle(p, point, self.normal, self.area);
         (pdf > 0.0).then_some(ShapeSample { point, normal: self.normal, uv, pdf })
+    }
+
+    /// A uniform point, and its (a, b).
+    pub fn sample_area(&self, u: Vec2) -> (Vec3, Vec2) {
+        let uv = if self.round { 0.5 * (concentric_disk(u) + Vec2::ONE) } else { u };
+        (self.point(uv), uv)
     }
 
     pub fn pdf(&self, p: Vec3, point: Vec3) -> f32 {

@@ -6,6 +6,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{cluster::Cluster, quad::Quad, sphere::Sphere, triangle::Triangle};
+use crate::sampling::warp::uniform_sphere;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -51,6 +52,24 @@ impl Shape {
             Self::Sphere(sphere) => (point - sphere.center).normalize_or_zero(),
             Self::Quad(quad) => quad.normal,
             Self::Triangle(triangle) => triangle.normal,
+        }
+    }
+
+    /// A uniform point of the surface, its geometric normal, and coordinates as [`ShapeSample`] has them.
+    pub fn sample_area(&self, u: Vec2) -> (Vec3, Vec3, Vec2) {
+        match self {
+            Self::Sphere(sphere) => {
+                let normal = uniform_sphere(u);
+                (sphere.center + sphere.radius * normal, normal, Vec2::ZERO)
+            }
+            Self::Quad(quad) => {
+                let (point, uv) = quad.sample_area(u);
+                (point, quad.normal, uv)
+            }
+            Self::Triangle(triangle) => {
+                let (point, uv) = triangle.sample_area(u);
+                (point, triangle.normal, uv)
+            }
         }
     }
 

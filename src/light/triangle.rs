@@ -33,10 +33,15 @@ impl Triangle {
     }
 
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<ShapeSample> {
-        let uv = uniform_triangle(u);
-        let point = self.p0 + uv.x * self.edge1 + uv.y * self.edge2;
+        let (point, uv) = self.sample_area(u);
         let pdf = self.pdf(p, point);
         (pdf > 0.0).then_some(ShapeSample { point, normal: self.normal, uv, pdf })
+    }
+
+    /// A uniform point, and its barycentrics (b1, b2).
+    pub fn sample_area(&self, u: Vec2) -> (Vec3, Vec2) {
+        let uv = uniform_triangle(u);
+        (self.p0 + uv.x * self.edge1 + uv.y * self.edge2, uv)
     }
 
     pub fn pdf(&self, p: Vec3, point: Vec3) -> f32 {

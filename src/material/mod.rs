@@ -98,6 +98,38 @@ pub fn disperses(material: &Material) -> bool {
     matches!(&material.surface, Surface::Layered(l) if l.dispersion > 0.0 && l.volume.is_some() && l.transmission.is_some())
 }
 
+/// Whether it is a mirror or smooth glass everywhere, which focuses light.
+pub fn focuses(material: &Material, textures: &Textures) -> bool {
+    let roughness = match &material.surface {
+        Surface::Metal { finish: MetalFinish::Roughness { roughness, .. }, .. } => roughness.texture,
+        Surface::Metal { finish: MetalFinish::Fuzz(_), .. } => None,
+        Surface::Dielectric { roughness, .. } => roughness.texture,
+        _ => return false,
+    };
+    let anywhere = SurfacePoint {
+        position: Vec3::ZERO,
+        error: Vec3::ZERO,
+        ng: Vec3::Z,
+        ns: Vec3::Z,
+        tangent: Vec4::ZERO,
+        uvs: [Vec2::ZERO; 2],
+        color: Vec4::ONE,
+    };
+    roughness.is_none() && scattering(material, textures, &anywhere, Vec3::Z, None).0.is_delta()
+}
+
+/// Whether a path from a lamp goes on from it: mirrors and glass that focus, and matte surfaces.
+pub fn may_carry_caustics(material: &Material) -> bool {
+    match &material.surface {
+        Surface::Diffuse { .. }
+        | Surface::Metal { .. }
+        | Surface::Dielectric { .. }
+        | Surface::Pbr(_)
+        | Surface::SpecularGlossiness(_) => true,
+        Surface::Layered(_) | Surface::Unlit { .. } | Surface::Black => false,
+    }
+}
+
 /// Whether it may be a thin wall that light crosses without being scattered.
 pub fn is_wall(material: &Material) -> bool {
     matches!(&material.surface, Surface::Layered(l) if l.transmission.is_some() && l.volume.is_none())

@@ -28,7 +28,7 @@ pub use settings::{
 use crate::{
     compile::Scene,
     film::Film,
-    integrator::{RayCounts, sample_pixel},
+    integrator::{RayCounts, Splat, sample_pixel, trace_lamp_path},
 };
 use stop::Plan;
 
@@ -68,7 +68,11 @@ pub enum Error {
 
 /// Renders `scene`. `monitor` shows how far it is, from any thread, and can cancel it.
 pub fn render(scene: &Scene, settings: &Settings, monitor: &Monitor) -> Result<Rendering, Error> {
-    render_samples(&|x, y, index, rays| sample_pixel(scene, x, y, index, rays), settings, monitor)
+    let sample = |x, y, index, rays: &mut RayCounts| sample_pixel(scene, x, y, index, rays);
+    let lamp = |x, y, index, rays: &mut RayCounts, splats: &mut Vec<Splat>| {
+        trace_lamp_path(scene, [x, y], index, rays, splats);
+    };
+    render_both(&sample, scene.aim.as_ref().map(|_| &lamp), settings, monitor)
 }
 
 /// Renders what `sample` returns for (x, y, sample index), x and y being pixels of the whole picture even where only a
@@ -77,10 +81,29 @@ pub fn render_samples<S>(sample: &S, settings: &Settings, monitor: &Monitor) -> 
 where
     S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
 {
+    let no_lamp = None::<&fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>)>;
+    render_both(sample, no_lamp, settings, monitor)
+}
+
+/// `lamp` traces the path from a lamp that goes with a sample.
+fn render_both<S, L>(
+    sample: &S,
+    lamp: Option<&L>,
+    settings: &Settings,
+    monitor: &Monitor,
+) -> Result<Rendering, Error>
+where
+    S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
+    L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>) + Sync,
+{
     let start = Instant::now();
     let deadline = settings.time.and_then(|budget| start.checked_add(budget));
     let [x, y, width, height] = settings.window();
-    let mut film = Film::new(width, height).map_err(|source| Error::Memory { width, height, source })?;
+    let mut film = match lamp {
+        Some(_) => Film::new(width, height).and_then(Film::with_lamps),
+        None => Film::new(width, height),
+    }
+    .map_err(|source| Error::Memory { width, height, source })?;
     let mut rays = RayCounts::default();
     let stop = || monitor.is_cancelled() || deadline.is_some_and(|end| Instant::now() >= end);
 
@@ -100,7 +123,7 @@ where
                         batch: batches.next().unwrap_or(1),
                         samples: settings.samples,
                     };
-                    pass::add(&mut rays, pass.run(&mut film, sample, &stop, monitor));
+                    pass::add(&mut rays, pass.run(&mut film, sample, lamp, &stop, monitor));
                     continue;
                 }
             };

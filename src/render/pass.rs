@@ -1,6 +1,6 @@
 //! One pass: a batch of samples for every pixel that still needs them.
 
-use std::iter;
+use std::{iter, mem};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Monitor, stop::Plan};
 use crate::{
     film::{Film, Pixel, Tile},
-    integrator::RayCounts,
+    integrator::{RayCounts, Splat},
 };
 
 /// Pixels along a tile's side: small enough to share out evenly, large enough for neighbouring paths to find the same
@@ -23,6 +23,17 @@ pub fn batches() -> impl Iterator<Item = u32> {
     iter::once(1).chain(iter::successors(Some(1), |&b: &u32| Some((2 * b).min(LARGEST_BATCH))))
 }
 
+/// Tiles between two visits to the sums of what lamps bring.
+const TILES_AT_ONCE: usize = 1024;
+
+/// What a tile took, beside the samples of its pixels.
+#[derive(Default)]
+struct Done {
+    rays: RayCounts,
+    paths: u64,
+    splats: Vec<Splat>,
+}
+
 pub struct Pass<'a> {
     /// Where the film lies in the whole picture.
     pub origin: [u32; 2],
@@ -34,31 +45,58 @@ pub struct Pass<'a> {
 
 impl Pass<'_> {
     /// Adds the pass's samples to the film, or those of them that were taken before `stop` said so.
-    pub fn run<S>(
+    ///
+    /// What paths from lamps bring is written to the film tile by tile in their order, for the same bits whatever the
+    /// threads, and after so many tiles that the list of it stays short.
+    pub fn run<S, L>(
         &self,
         film: &mut Film,
         sample: &S,
+        lamp: Option<&L>,
         stop: &(impl Fn() -> bool + Sync),
         monitor: &Monitor,
     ) -> RayCounts
     where
         S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
-    {
-        film.tiles_mut(TILE_SIDE)
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|tile| self.run_tile(tile, sample, stop, monitor))
-            .reduce(RayCounts::default, |mut a, b| {
-                add(&mut a, b);
-                a
-            })
-    }
-
-    fn run_tile<S>(&self, tile: Tile, sample: &S, stop: &impl Fn() -> bool, monitor: &Monitor) -> RayCounts
-    where
-        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
+        L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>) + Sync,
     {
         let mut total = RayCounts::default();
+        let width = film.width() as usize;
+        let mut lamps = mem::take(film.lamps_mut());
+        let mut tiles = film.tiles_mut(TILE_SIDE);
+        while !tiles.is_empty() {
+            let part = tiles.split_off(tiles.len().saturating_sub(TILES_AT_ONCE));
+            let done: Vec<Done> = part
+                .into_par_iter()
+                .with_max_len(1)
+                .map(|tile| self.run_tile(tile, sample, lamp, stop, monitor))
+                .collect();
+            for Done { rays, paths, splats } in done {
+                add(&mut total, rays);
+                lamps.count(paths);
+                for Splat { x, y, radiance } in splats {
+                    let [x, y] = [x - self.origin[0], y - self.origin[1]].map(|n| n as usize);
+                    lamps.add(y * width + x, radiance);
+                }
+            }
+        }
+        *film.lamps_mut() = lamps;
+        total
+    }
+
+    fn run_tile<S, L>(
+        &self,
+        tile: Tile,
+        sample: &S,
+        lamp: Option<&L>,
+        stop: &impl Fn() -> bool,
+        monitor: &Monitor,
+    ) -> Done
+    where
+        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
+        L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>),
+    {
+        let mut done = Done::default();
         for (y, row) in (tile.y..).zip(tile.rows) {
             let mut rays = RayCounts::default();
             let mut taken = 0;
@@ -69,12 +107,20 @@ impl Pass<'_> {
                 if stop() {
                     break;
                 }
-                taken += self.run_pixel(x, y, pixel, sample, &mut rays);
+                let first = pixel.taken();
+                let new = self.run_pixel(x, y, pixel, sample, &mut rays);
+                taken += new;
+                if let Some(lamp) = lamp {
+                    done.paths += new;
+                    for index in first..first + new as u32 {
+                        lamp(x + self.origin[0], y + self.origin[1], index, &mut rays, &mut done.splats);
+                    }
+                }
             }
             monitor.count(taken, &rays);
-            add(&mut total, rays);
+            add(&mut done.rays, rays);
         }
-        total
+        done
     }
 
     fn run_pixel<S>(&self, x: u32, y: u32, pixel: &mut Pixel, sample: &S, rays: &mut RayCounts) -> u64

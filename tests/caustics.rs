@@ -1,0 +1,139 @@
+//! Paths from lamps leave the mean alone: the same picture as by paths from the camera alone, with far less noise.
+
+use std::path::Path;
+
+use rayo::{
+    compile::compile,
+    import::assemble,
+    render::{self, FilterKind, Monitor, PixelFilter, Settings},
+    scene,
+};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+const SIZE: u32 = 32;
+
+/// Mean and its variance of each block of 4 × 4 pixels, and the mean variance of a pixel over its squared radiance.
+struct Shown {
+    blocks: Vec<(f64, f64)>,
+    noise: f64,
+}
+
+fn show(text: &str, lamps: bool, filter: PixelFilter) -> Shown {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, text).expect("written");
+    let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
+    let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
+    let samples = if lamps { 256 } else { 2048 };
+    let settings = Settings { size: [SIZE; 2], samples, filter, seed: 5, ..settings };
+    let mut scene = compile(world, &settings);
+    assert!(scene.aim.is_some(), "there is glass and a lamp");
+    if !lamps {
+        scene.aim = None;
+    }
+    let film = render::render(&scene, &settings, &Monitor::default()).expect("rendered").film;
+    let pixel = |x: u32, y: u32| {
+        let i = (y * SIZE + x) as usize;
+        let variance = film.variance(i).expect("many samples");
+        (f64::from(film.radiance(i).element_sum()) / 3.0, variance.map(f64::sqrt).element_sum().powi(2) / 9.0)
+    };
+    let block = |b: u32| {
+        let (left, top) = (4 * (b % 8), 4 * (b / 8));
+        let pixels = (0..16).map(|i| pixel(left + i % 4, top + i / 4));
+        let (mean, variance) = pixels.fold((0.0, 0.0), |(m, v), (x, s)| (m + x / 16.0, v + s / 256.0));
+        (mean, variance)
+    };
+    let relative = |(x, variance): (f64, f64)| variance * f64::from(samples) / (x * x + 1e-2);
+    let noise = (0..SIZE * SIZE).map(|i| relative(pixel(i % SIZE, i / SIZE))).sum::<f64>();
+    Shown { blocks: (0..64).map(block).collect(), noise: noise / f64::from(SIZE * SIZE) }
+}
+
+/// Welch's test of every block and of the whole.
+fn assert_same(name: &str, a: &Shown, b: &Shown) {
+    let normal = Normal::standard();
+    let z = |(x, v): (f64, f64), (y, w): (f64, f64)| (x - y) / (v + w).sqrt().max(1e-12);
+    for (i, (&p, &q)) in a.blocks.iter().zip(&b.blocks).enumerate() {
+        let p_value = 2.0 * normal.cdf(-z(p, q).abs());
+        assert!(p_value > 1e-5, "{name}, block {i}: {p:?} and {q:?}, p = {p_value:.1e}");
+    }
+    let whole = |s: &Shown| s.blocks.iter().fold((0.0, 0.0), |(m, v), (x, w)| (m + x, v + w));
+    let p_value = 2.0 * normal.cdf(-z(whole(a), whole(b)).abs());
+    assert!(p_value > 1e-3, "{name}: {:?} and {:?}, p = {p_value:.1e}", whole(a), whole(b));
+}
+
+fn check(name: &str, text: &str, filter: PixelFilter, gain: f64) {
+    let (with, without) = (show(text, true, filter), show(text, false, filter));
+    assert_same(name, &with, &without);
+    assert!(
+        with.noise < without.noise / gain,
+        "{name}: noise {} with, {} without",
+        with.noise,
+        without.noise
+    );
+}
+
+const BOX: PixelFilter = PixelFilter { kind: FilterKind::Box, width: 1.0 };
+
+/// A matte room (its back wall rough plastic) with a mirror and a glass ball; `lamp` and `camera` are to be filled in.
+fn room(lamp: &str, camera: &str) -> String {
+    format!(
+        r#"
+render = {{ bounces = 6 }}
+camera = {{ position = [0, 1, 3.5], target = [0, 0.9, 0], vfov = 45{camera} }}
+environment = {{ type = "color", color = [0, 0, 0] }}
+
+[materials]
+white = {{ type = "diffuse", color = [0.7, 0.7, 0.7] }}
+wall = {{ type = "pbr", base_color = [0.6, 0.5, 0.4], metallic = 0.1, roughness = 0.8 }}
+glass = {{ type = "dielectric", ior = 1.5 }}
+mirror = {{ type = "metal", color = [0.9, 0.8, 0.7], fuzz = 0.0 }}
+lamp = {{ type = "emissive", color = [12, 10, 8] }}
+
+[[sphere]]
+center = [0.6, 0.4, 0.3]
+radius = 0.4
+material = "glass"
+[[sphere]]
+center = [-0.6, 0.4, -0.2]
+radius = 0.4
+material = "mirror"
+[[quad]]
+origin = [-1.5, 0, 2]
+u = [3, 0, 0]
+v = [0, 0, -3]
+material = "white"
+[[quad]]
+origin = [-1.5, 0, -1]
+u = [3, 0, 0]
+v = [0, 2.5, 0]
+material = "wall"
+{lamp}
+"#
+    )
+}
+
+const QUAD: &str = r#"
+[[quad]]
+origin = [-0.3, 2.2, -0.3]
+u = [0.6, 0, 0]
+v = [0, 0, 0.5]
+material = "lamp"
+"#;
+
+const BALL: &str = r#"
+[[sphere]]
+center = [0.2, 1.7, 0.1]
+radius = 0.15
+material = "lamp"
+"#;
+
+#[test]
+fn a_lamp_above_glass_and_mirror() {
+    check("quad", &room(QUAD, ""), BOX, 3.0);
+}
+
+#[test]
+fn a_round_lamp_through_a_lens_and_a_wide_filter() {
+    let wide = PixelFilter { kind: FilterKind::BlackmanHarris, width: 3.3 };
+    check("ball", &room(BALL, ", aperture = 0.1, focus = 3.0"), wide, 2.0);
+}
