@@ -12,7 +12,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter  # noqa: E402
 
 COLORS = {"rayo": "#c8402f", "cycles": "#2f6fc8", "mitsuba": "#3a9a5b"}
 TITLES = {"rayo": "rayo", "cycles": "Cycles", "mitsuba": "Mitsuba (warm)"}
@@ -179,16 +179,23 @@ def draw_error(axes, race, shot):
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        # Less than a decade has hardly a tick of its own.
-        axis.set_major_locator(LogLocator(subs=(1,) if high / low > 30 else (1, 2, 5)))
+        axis.set_major_locator(FixedLocator(round_numbers(*axis.get_view_interval())))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.0e}".replace("e-0", "e-")))
     axes.grid(True, which="major", alpha=0.25)
     axes.set_title(shot)
     axes.set_xlabel("render seconds")
     axes.set_ylabel("relMSE")
+
+
+def round_numbers(low, high):
+    """Of 1, 2, 5 a decade, or 1, 1.5, 2, 3, 5, 7 where there are few; at most a dozen."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for digits in ((1,), (1, 2, 5), (1, 1.5, 2, 3, 5, 7)):
+        ticks = [digit * 10.0**k for k in decades for digit in digits if low <= digit * 10.0**k <= high]
+        if len(ticks) >= 3:
+            return ticks
+    return ticks
 
 
 def bars(race, field, factor, label, file):
