@@ -20,7 +20,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -200,22 +199,15 @@ class Bench:
             command = [sys.executable, folder / "scene.py", "--output", picture, *common]
         else:
             command = [sys.executable, HERE / "mitsuba_run.py", folder, picture, *common, *["--once"] * once]
-        log = picture.with_suffix(".log")
+        log, taken = picture.with_suffix(".log"), picture.with_suffix(".took")
         load = os.getloadavg()[0]
-        with open(log, "wb") as output:
-            start = time.perf_counter()
-            process = subprocess.Popen([str(part) for part in command], stdout=output, stderr=subprocess.STDOUT)
-            _, status, usage = os.wait4(process.pid, 0)
-            seconds = time.perf_counter() - start
-        process.returncode = os.waitstatus_to_exitcode(status)
+        spawn = [sys.executable, "-IS", ROOT / "benches/spawn.py", taken, log]
+        subprocess.run([str(part) for part in spawn + command], check=True)
+        took = json.loads(taken.read_text())
         said = log.read_text(errors="replace")
-        if process.returncode != 0 or not picture.is_file():
-            sys.exit(f"{renderer} failed on {shot['name']} ({process.returncode}); the end of {log}:\n" + said[-2000:])
-        run = {
-            "process_seconds": seconds,
-            "peak_bytes": usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024),
-            "load_before": load,
-        }
+        if took["exit"] != 0 or not picture.is_file():
+            sys.exit(f"{renderer} failed on {shot['name']} ({took['exit']}); the end of {log}:\n" + said[-2000:])
+        run = {"process_seconds": took["seconds"], "peak_bytes": took["peak_bytes"], "load_before": load}
         if renderer == "rayo":
             counts = json.loads(stats.read_text())
             phases = counts["seconds"]
