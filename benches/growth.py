@@ -29,6 +29,7 @@ except ImportError as missing:
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
+from matplotlib.ticker import FuncFormatter, NullFormatter  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 SEED = 17
@@ -355,7 +356,7 @@ def exponent(points, key):
 
 
 def signed(value):
-    return f"{value:.2f}".replace("-", "−")
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
 
 
 def page(results):
@@ -393,8 +394,12 @@ def plot(folder, name, points):
             axes.minorticks_off()
         axes.set_xlabel(AXES[name].title)
         axes.set_ylabel(label)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low / 1.5, high * 1.5)
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.grid(True, alpha=0.25)
-        axes.legend(frameon=False, title="exponent")
+        axes.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=3, title="exponent", title_fontsize=8, alignment="left")
     figure.savefig(folder / f"growth-{name}.png", dpi=130)
     plt.close(figure)
 
