@@ -28,8 +28,8 @@ except ImportError as missing:
     sys.exit(f"{missing}: pip install numpy matplotlib, or use the Python of benches/peers (target/bench-peers/venv/bin/python)")
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
-from matplotlib.ticker import FuncFormatter, NullFormatter  # noqa: E402
+import matplotlib.pyplot as plt  # the backend comes first
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 ROOT = Path(__file__).resolve().parent.parent
 SEED = 17
@@ -362,7 +362,10 @@ def signed(value):
 def page(results):
     lines = ["# How rayo grows", ""]
     lines += [f"Seconds and bytes are y = c · xᵏ with the k of the table, fitted to the last {FITTED} points.", ""]
-    lines += ["| with | from … to | load | build | render | memory | may be: load, build, render, memory |", "|---|---|---:|---:|---:|---:|---|"]
+    lines += [
+        "| with | from … to | load | build | render | memory | may be: load, build, render, memory |",
+        "|---|---|---:|---:|---:|---:|---|",
+    ]
     for name, result in results.items():
         points, allowed = result["points"], AXES[name].allowed
         found = [signed(exponent(points, key)) for key in (*SERIES, "peak_bytes")]
@@ -372,7 +375,10 @@ def page(results):
         quick = " **Quick: smaller ends.**" if result["quick"] else ""
         lines += ["", f"## {AXES[name].title.capitalize()}", ""]
         lines += [f"{result['date']}; {result['system']}, {result['threads']} threads; medians of {result['repeat']}.{quick}", ""]
-        lines += ["| " + AXES[name].title + " | load, s | build, s | render, s | process, s | peak, MiB | scene and film, MiB |", "|---:" * 7 + "|"]
+        lines += [
+            "| " + AXES[name].title + " | load, s | build, s | render, s | process, s | peak, MiB | scene and film, MiB |",
+            "|---:" * 7 + "|",
+        ]
         for p in result["points"]:
             numbers = [f"{p[key]:.3f}" for key in (*SERIES, "process")] + [f"{p[key] / 2**20:.1f}" for key in ("peak_bytes", "kept_bytes")]
             lines.append(f"| {p['x']:,} | ".replace(",", " ") + " | ".join(numbers) + " |")
@@ -399,7 +405,16 @@ def plot(folder, name, points):
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.grid(True, alpha=0.25)
-        axes.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=3, title="exponent", title_fontsize=8, alignment="left")
+        axes.legend(
+            frameon=False,
+            fontsize=8,
+            loc="lower left",
+            bbox_to_anchor=(-0.02, 1.0),
+            ncols=3,
+            title="exponent",
+            title_fontsize=8,
+            alignment="left",
+        )
     figure.savefig(folder / f"growth-{name}.png", dpi=130)
     plt.close(figure)
 

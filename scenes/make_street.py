@@ -53,7 +53,12 @@ def facade(side, z0, z1, height, material):
     pane(z1 + 0.8, 0.6, z0 - z1 - 2.6, 1.9, shop, True)
     pane(z0 - 1.4, 0.14, 0.9, 2.3, "door", False)
     scene.light(
-        type="spot", position=(x - side * 0.35, 3.0, z0 - 0.95), direction=(side * 0.15, -1, 0), intensity=10.0, inner=25, outer=50,
+        type="spot",
+        position=(x - side * 0.35, 3.0, z0 - 0.95),
+        direction=(side * 0.15, -1, 0),
+        intensity=10.0,
+        inner=25,
+        outer=50,
         color=random.choice([(1, 0.75, 0.45), (1, 0.9, 0.75), (0.75, 0.9, 1)]),
     )
     global lamps

@@ -22,7 +22,7 @@ def rel_mse(picture, reference):
     """Mean over pixels of (picture − reference)² / (luminance of the reference² + FLOOR), without the worst of them."""
     squared = ((picture - reference) ** 2).mean(-1) / ((reference @ LUMINANCE) ** 2 + FLOOR)
     squared = numpy.sort(squared, axis=None)
-    return float(squared[: max(1, round(squared.size * (1 - LEFT_OUT)))].mean())
+    return float(squared[: max(1, int(squared.size * (1 - LEFT_OUT)))].mean())
 
 
 def mean_luminance(picture):

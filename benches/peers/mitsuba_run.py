@@ -14,7 +14,7 @@ import numpy
 import mitsuba as mi
 
 mi.set_variant("llvm_ad_rgb")
-import drjit  # noqa: E402: after the variant is chosen
+import drjit  # after the variant is chosen
 
 # Paths in flight at once: more pays no longer, and takes memory.
 LANES = 1 << 23

@@ -11,8 +11,8 @@ from statistics import median
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter  # noqa: E402
+import matplotlib.pyplot as plt  # the backend comes first
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 COLORS = {"rayo": "#c8402f", "cycles": "#2f6fc8", "mitsuba": "#3a9a5b"}
 TITLES = {"rayo": "rayo", "cycles": "Cycles", "mitsuba": "Mitsuba (warm)"}
@@ -123,7 +123,13 @@ def page(race):
             rows.append(row)
     lines += table(["shot", "samples", *(TITLES[name] for name in race.renderers)], rows)
     least = min(race.counts)
-    lines += ["", f"## Whole process at {least} samples", "", "Medians: seconds from start to file written (of these before and after the render call), peak memory.", ""]
+    lines += [
+        "",
+        f"## Whole process at {least} samples",
+        "",
+        "Medians: seconds from start to file written (of these before and after the render call), peak memory.",
+        "",
+    ]
     rows = []
     for shot in race.shots:
         row = [shot]
@@ -138,7 +144,13 @@ def page(race):
         rows.append(row)
     lines += table(["shot", *(TITLES[name].replace(" (warm)", " (cold)") for name in race.renderers)], rows)
     if "mitsuba" in race.renderers:
-        lines += ["", "## Mitsuba's first picture", "", "Medians at the fewest samples: the render call with kernels to make, and with kernels made.", ""]
+        lines += [
+            "",
+            "## Mitsuba's first picture",
+            "",
+            "Medians at the fewest samples: the render call with kernels to make, and with kernels made.",
+            "",
+        ]
         rows = []
         for shot in race.shots:
             cold = race.middle(shot, "mitsuba", "cold_seconds", least)
@@ -165,9 +177,7 @@ def draw_error(axes, race, shot):
         runs = race.runs(shot, name)
         if not runs:
             continue
-        axes.plot(
-            [run["render_seconds"] for run in runs], [run["rel_mse"] for run in runs], ".", ms=4, color=COLORS[name], alpha=0.35
-        )
+        axes.plot([run["render_seconds"] for run in runs], [run["rel_mse"] for run in runs], ".", ms=4, color=COLORS[name], alpha=0.35)
         middle = [
             (race.middle(shot, name, "render_seconds", n), race.middle(shot, name, "rel_mse", n), n)
             for n in race.counts

@@ -309,9 +309,7 @@ def with_found_files(text, base):
         for folder in filter(None, (base, assets)):
             if (file := Path(folder) / match[2]).is_file():
                 return f'{match[1]}"{file.resolve()}"'
-        raise FileNotFoundError(
-            f"{match[2]} is not there; RAYO_SAMPLE_ASSETS " + (f"is {assets}" if assets else "does not name a folder")
-        )
+        raise FileNotFoundError(f"{match[2]} is not there; RAYO_SAMPLE_ASSETS " + (f"is {assets}" if assets else "does not name a folder"))
 
     return re.sub(r'(?<![\w-])((?:file|image)\s*=\s*)"([^"]+)"', absolute, without_section(text, "output"))
 
