@@ -191,9 +191,8 @@ fn environment(criterion: &mut Criterion) {
         .filter_map(|p| environment.sample(Vec2::new(p[0], p[1])))
         .map(|sample| sample.wi)
         .collect();
-    group.bench_function("radiance and pdf", |bencher| {
-        bencher
-            .iter(|| directions.iter().map(|&d| environment.radiance(d).x + environment.pdf(d)).sum::<f32>());
+    group.bench_function("look", |bencher| {
+        bencher.iter(|| directions.iter().map(|&d| environment.look(d).1).sum::<f32>());
     });
 }
 
