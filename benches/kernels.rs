@@ -171,7 +171,12 @@ fn lights(criterion: &mut Criterion) {
         let inputs: Vec<_> = points().iter().map(|&[x, y, z, u]| (20.0 * Vec3::new(x, y, z), u)).collect();
         group.bench_function(format!("{count}"), |bencher| {
             bencher.iter(|| {
-                inputs.iter().filter_map(|&(p, u)| scene.lights.sample(p, u, Vec2::new(u, 1.0 - u))).count()
+                inputs
+                    .iter()
+                    .filter_map(|&(p, u)| {
+                        scene.lights.sample(p, &rayo::light::Receiver::anywhere(), u, Vec2::new(u, 1.0 - u))
+                    })
+                    .count()
             });
         });
     }

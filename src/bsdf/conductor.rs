@@ -41,6 +41,10 @@ impl Conductor {
         Bsdf::Conductor(Self { ggx, specular })
     }
 
+    pub fn alpha(&self) -> f32 {
+        self.ggx.alpha
+    }
+
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return (Vec3::ZERO, 0.0);

@@ -120,6 +120,17 @@ impl Bsdf {
         }
     }
 
+    /// Albedos of what is scattered widely and of a lobe about the mirror direction, and the lobe's α; `None` where that
+    /// is not the outline of it.
+    pub fn outline(&self, wo: Vec3) -> Option<([f32; 2], f32)> {
+        match self {
+            Self::Diffuse(_) => Some(([1.0, 0.0], 1.0)),
+            Self::Conductor(lobe) => Some(([0.0, 1.0], lobe.alpha())),
+            Self::Pbr(lobe) => Some(lobe.outline(wo)),
+            _ => None,
+        }
+    }
+
     /// Scatters so widely that it may be taken for Lambert's surface where only a rough density is wanted.
     pub fn is_matte(&self) -> bool {
         match self {

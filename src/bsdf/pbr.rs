@@ -96,6 +96,12 @@ impl Pbr {
         })
     }
 
+    /// As [`Bsdf::outline`].
+    pub fn outline(&self, wo: Vec3) -> ([f32; 2], f32) {
+        let p_specular = if wo.z > 0.0 { self.mix(wo).p_specular } else { 1.0 };
+        ([1.0 - p_specular, p_specular], self.ggx.alpha)
+    }
+
     pub fn is_matte(&self) -> bool {
         self.ggx.alpha >= MATTE_ALPHA
     }

@@ -26,7 +26,7 @@ use crate::{
     bsdf::{Bsdf, BsdfSample, Kind},
     compile::Scene,
     geometry::{Frame, Ray, offset::offset_origin},
-    light::{LightSample, Source},
+    light::{LightSample, Receiver, Source},
     material::{self, SurfacePoint},
     sampling::{mis::power_heuristic, sobol::PixelSampler},
 };
@@ -230,7 +230,7 @@ fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &A
     }
     match (arrival.pdf, scene.emitter(hit)) {
         (Some(pdf), Some(emitter)) => {
-            let light_pdf = scene.lights.pdf_surface(emitter, arrival.from, point.position);
+            let light_pdf = scene.lights.mis_pdf_surface(emitter, arrival.from, point.position);
             power_heuristic(pdf, light_pdf) * radiance
         }
         _ => radiance,
@@ -257,9 +257,8 @@ fn direct_light(
     counts: &mut RayCounts,
 ) -> Vec3 {
     let Vertex { point, local_wo, .. } = *vertex;
-    let Some(light) = scene.lights.sample(point.position, u_select, Vec2::new(u, v)) else {
-        return Vec3::ZERO;
-    };
+    let chosen = scene.lights.sample(point.position, &vertex.receiver(scene), u_select, Vec2::new(u, v));
+    let Some(light) = chosen else { return Vec3::ZERO };
     let local_wi = vertex.frame.to_local(light.wi);
     let (f, bsdf_pdf) = vertex.bsdf.eval_pdf(local_wo, local_wi);
     let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
@@ -273,7 +272,7 @@ fn direct_light(
     }
     counts.shadow += 1;
     let visible = transmittance(scene, &shadow_ray(point, &light));
-    let weight = if light.delta { 1.0 } else { power_heuristic(light.pdf, bsdf_pdf) };
+    let weight = if light.delta { 1.0 } else { power_heuristic(light.mis_pdf, bsdf_pdf) };
     let direct = f * radiance * visible * (weight / light.pdf);
     if vertex.media.is_empty() && vertex.boundary.is_none() {
         return direct;
@@ -282,6 +281,14 @@ fn direct_light(
 }
 
 impl Vertex<'_> {
+    /// What the choice among lights may know of the surface.
+    fn receiver(&self, scene: &Scene) -> Receiver {
+        match scene.lights.heeds_receivers().then(|| self.bsdf.outline(self.local_wo)).flatten() {
+            Some((albedos, alpha)) => Receiver::new(*self.frame, self.local_wo, albedos, alpha),
+            None => Receiver::anywhere(),
+        }
+    }
+
     /// The share that media leave of what comes from a light. Light from infinitely far away enters no medium but by its
     /// boundary, which casts a shadow: it is met where a mesh is not closed, and does not fade.
     fn faded(&self, light: &LightSample, reflects: bool) -> Vec3 {

@@ -22,6 +22,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::Vec3;
 
+use super::receiver::Receiver;
+
 /// W/sr; brighter lamps count as this bright, so that sums and quotients stay finite.
 const GREATEST_INTENSITY: f32 = 1e20;
 
@@ -134,61 +136,119 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     (cos * a.0 + sin * side, (spread + EDGE).min(PI))
 }
 
-/// A cluster in the form in which importance is computed, 48 bytes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Weigher {
-    center: Vec3,
-    radius_squared: f32,
-    axis: Vec3,
-    intensity: f32,
-    sin_spread: f32,
-    cos_spread: f32,
-    cos_emission: f32,
-    two_sided: bool,
+/// Clusters that are weighed at once.
+pub const WIDTH: usize = 8;
+
+/// Eight clusters in the form in which importance is computed. Plain arrays, every step for all: the compiler makes vectors of them.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct Weighers {
+    center: [[f32; WIDTH]; 3],
+    radius_squared: [f32; WIDTH],
+    /// 0 where there is no cluster.
+    intensity: [f32; WIDTH],
+    axis: [[f32; WIDTH]; 3],
+    sin_spread: [f32; WIDTH],
+    cos_spread: [f32; WIDTH],
+    cos_emission: [f32; WIDTH],
+    two_sided: [bool; WIDTH],
+    /// Whether any cluster shines more strongly one way than another.
+    oriented: bool,
 }
 
-impl From<&Cluster> for Weigher {
-    fn from(cluster: &Cluster) -> Self {
-        let (sin_spread, cos_spread) = cluster.spread.sin_cos();
-        Self {
-            center: cluster.center(),
-            radius_squared: 0.25 * cluster.min.distance_squared(cluster.max),
-            axis: cluster.axis,
-            intensity: cluster.intensity,
-            sin_spread: sin_spread.max(0.0),
-            cos_spread,
-            cos_emission: cluster.emission.cos().max(0.0),
-            two_sided: cluster.two_sided,
+impl Weighers {
+    /// At most eight.
+    pub fn new<'a>(clusters: impl IntoIterator<Item = &'a Cluster>) -> Self {
+        let zero = [0.0; WIDTH];
+        let mut all = Self {
+            center: [zero; 3],
+            radius_squared: zero,
+            intensity: zero,
+            axis: [zero; 3],
+            sin_spread: zero,
+            cos_spread: zero,
+            cos_emission: zero,
+            two_sided: [false; WIDTH],
+            oriented: false,
+        };
+        for (i, cluster) in clusters.into_iter().enumerate().take(WIDTH) {
+            let center = cluster.center();
+            for axis in 0..3 {
+                all.center[axis][i] = center[axis];
+                all.axis[axis][i] = cluster.axis[axis];
+            }
+            all.radius_squared[i] = 0.25 * cluster.min.distance_squared(cluster.max);
+            all.intensity[i] = cluster.intensity;
+            let (sin_spread, cos_spread) = cluster.spread.sin_cos();
+            all.sin_spread[i] = sin_spread.max(0.0);
+            all.cos_spread[i] = cos_spread;
+            all.cos_emission[i] = cluster.emission.cos().max(0.0);
+            all.two_sided[i] = cluster.two_sided;
+            all.oriented |= cluster.spread < PI;
         }
+        all
     }
-}
 
-impl Weigher {
-    /// The irradiance that the lights could give at `p`, roughly, W/m²; 0 only where none of them reaches it.
-    pub fn importance(&self, p: Vec3) -> f32 {
-        let from = p - self.center;
-        let distance_squared = from.length_squared();
-        let bound = distance_squared.max(0.25 * self.radius_squared).max(LEAST_DISTANCE_SQUARED);
-        let strength = self.intensity / bound;
-        if distance_squared <= self.radius_squared {
-            return strength;
+    /// The irradiance that the lights of each cluster could give at `p`, roughly, W/m²; 0 only where none of them
+    /// reaches it.
+    #[inline]
+    pub fn importance(&self, p: Vec3) -> [f32; WIDTH] {
+        self.importance_for(p, None).0
+    }
+
+    /// The importance, and the same times what the receiver scatters of it.
+    #[inline]
+    pub fn importance_for(&self, p: Vec3, receiver: Option<&Receiver>) -> ([f32; WIDTH], [f32; WIDTH]) {
+        let mut from = [[0.0; WIDTH]; 3];
+        let (mut distance_squared, mut strength) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for i in 0..WIDTH {
+            for axis in 0..3 {
+                from[axis][i] = p[axis] - self.center[axis][i];
+            }
+            let d2 = from[0][i] * from[0][i] + from[1][i] * from[1][i] + from[2][i] * from[2][i];
+            let inside = 0.25 * self.radius_squared[i];
+            let bound = if d2 > inside { d2 } else { inside };
+            let bound = if bound > LEAST_DISTANCE_SQUARED { bound } else { LEAST_DISTANCE_SQUARED };
+            distance_squared[i] = d2;
+            strength[i] = self.intensity[i] / bound;
         }
-        let cos = from.dot(self.axis) / distance_squared.sqrt();
-        let cos = if self.two_sided { cos.abs() } else { cos };
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        // Subtract angles through their sines and cosines, never below 0.
-        if cos >= self.cos_spread {
-            return strength;
+        let mut importance = strength;
+        if self.oriented {
+            self.turn_away(&from, &distance_squared, &mut importance);
         }
-        let beyond_cos = cos * self.cos_spread + sin * self.sin_spread;
-        let beyond_sin = sin * self.cos_spread - cos * self.sin_spread;
-        let ball_sin_squared = self.radius_squared / distance_squared;
-        let ball_cos = (1.0 - ball_sin_squared).sqrt();
-        if beyond_cos >= ball_cos {
-            return strength;
+        let weights = match receiver {
+            Some(receiver) => receiver.weigh(&importance, &from, &self.radius_squared, &distance_squared),
+            None => importance,
+        };
+        (importance, weights)
+    }
+
+    /// Multiplies by the cosine at the lights.
+    #[inline]
+    fn turn_away(
+        &self,
+        from: &[[f32; WIDTH]; 3],
+        distance_squared: &[f32; WIDTH],
+        importance: &mut [f32; WIDTH],
+    ) {
+        for i in 0..WIDTH {
+            let (d2, r2) = (distance_squared[i], self.radius_squared[i]);
+            let along =
+                from[0][i] * self.axis[0][i] + from[1][i] * self.axis[1][i] + from[2][i] * self.axis[2][i];
+            let cos = along / d2.sqrt();
+            let cos = if self.two_sided[i] { cos.abs() } else { cos };
+            let rest = 1.0 - cos * cos;
+            let sin = if rest > 0.0 { rest } else { 0.0 }.sqrt();
+            // Subtract angles through their sines and cosines, never below 0.
+            let beyond_cos = cos * self.cos_spread[i] + sin * self.sin_spread[i];
+            let beyond_sin = sin * self.cos_spread[i] - cos * self.sin_spread[i];
+            let ball_sin_squared = if r2 < d2 { r2 / d2 } else { 1.0 };
+            let ball_cos = (1.0 - ball_sin_squared).sqrt();
+            let least = beyond_cos * ball_cos + beyond_sin * ball_sin_squared.sqrt();
+            let whole = (d2 <= r2) | (cos >= self.cos_spread[i]) | (beyond_cos >= ball_cos);
+            let share = if least < self.cos_emission[i] { 0.0 } else { least };
+            importance[i] *= if whole { 1.0 } else { share };
         }
-        let cos = beyond_cos * ball_cos + beyond_sin * ball_sin_squared.sqrt();
-        if cos < self.cos_emission { 0.0 } else { strength * cos }
     }
 }
 
@@ -228,12 +288,13 @@ mod tests {
             let normals = [direction(i + 77), direction(i + 990)];
             let two_sided = [false, i % 3 == 0];
             let lamps = [0, 1].map(|k| Cluster::flat([at[k]; 2], normals[k], 1.0, two_sided[k]));
-            let weigher = Weigher::from(&lamps[0].union(&lamps[1]));
+            let union = lamps[0].union(&lamps[1]);
+            let weigher = |p| Weighers::new([&union]).importance(p)[0];
             for j in 0..200 {
                 let p = 4.0 * direction(j);
                 let height = [0, 1].map(|k| (p - at[k]).dot(normals[k]));
                 if (0..2).any(|k| height[k] > 1e-3 || two_sided[k] && height[k] < -1e-3) {
-                    assert!(weigher.importance(p) > 0.0, "{:?} from {p}", [at, normals]);
+                    assert!(weigher(p) > 0.0, "{:?} from {p}", [at, normals]);
                 }
             }
         }
@@ -241,17 +302,23 @@ mod tests {
 
     #[test]
     fn importance_of_one_lamp_is_its_irradiance() {
-        let flat = |two_sided| Weigher::from(&Cluster::flat([Vec3::ZERO; 2], Vec3::Y, PI, two_sided));
+        let weigh = |cluster: Cluster, p| {
+            // among others, in any place
+            let others = [0, 1, 2].map(|i| Cluster::round([Vec3::splat(i as f32); 2], 1.0));
+            Weighers::new(others.iter().chain([&cluster])).importance(p)[3]
+        };
+        let flat = |two_sided, p| weigh(Cluster::flat([Vec3::ZERO; 2], Vec3::Y, PI, two_sided), p);
         let p = Vec3::new(0.0, 1.5, 2.0);
-        assert!((flat(false).importance(p) - 0.6 / 6.25).abs() < 1e-5);
-        assert_eq!(flat(false).importance(-p), 0.0);
-        assert!((flat(true).importance(-p) - 0.3 / 6.25).abs() < 1e-5);
-        let round = Weigher::from(&Cluster::round([Vec3::ZERO; 2], 4.0 * PI));
-        assert!((round.importance(p) - 1.0 / 6.25).abs() < 1e-5);
-        assert!(round.importance(Vec3::ZERO).is_finite());
-        let beam = Weigher::from(&Cluster::beam(Vec3::ZERO, Vec3::Y, 0.3, 0.5, 2.0));
-        assert!((beam.importance(2.0 * Vec3::Y) - 0.5).abs() < 1e-5);
-        assert!(beam.importance(Vec3::new(0.49f32.sin(), 0.49f32.cos(), 0.0)) > 0.0);
-        assert_eq!(beam.importance(Vec3::new(0.51f32.sin(), 0.51f32.cos(), 0.0)), 0.0);
+        assert!((flat(false, p) - 0.6 / 6.25).abs() < 1e-5);
+        assert_eq!(flat(false, -p), 0.0);
+        assert!((flat(true, -p) - 0.3 / 6.25).abs() < 1e-5);
+        let round = |p| weigh(Cluster::round([Vec3::ZERO; 2], 4.0 * PI), p);
+        assert!((round(p) - 1.0 / 6.25).abs() < 1e-5);
+        assert!(round(Vec3::ZERO).is_finite());
+        let beam = |p| weigh(Cluster::beam(Vec3::ZERO, Vec3::Y, 0.3, 0.5, 2.0), p);
+        assert!((beam(2.0 * Vec3::Y) - 0.5).abs() < 1e-5);
+        assert!(beam(Vec3::new(0.49f32.sin(), 0.49f32.cos(), 0.0)) > 0.0);
+        assert_eq!(beam(Vec3::new(0.51f32.sin(), 0.51f32.cos(), 0.0)), 0.0);
+        assert_eq!(Weighers::new([]).importance(p), [0.0; WIDTH]);
     }
 }

@@ -15,7 +15,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Environment, EnvironmentSample, Punctual, Shape, Sun, tree::Tree};
+use super::{Environment, EnvironmentSample, Punctual, Receiver, Shape, Sun, tree::Tree};
 use crate::{
     color::luminance,
     sampling::distribution::{Discrete, ONE_MINUS_EPSILON},
@@ -25,6 +25,10 @@ use crate::{
 /// The least share of the samples that infinite lights get beside local ones, and local beside infinite: at worst
 /// the needless part of the samples costs a third as many again, and the neglected lights get a quarter of all.
 pub const FAIR_SHARE: f32 = 0.25;
+
+/// How much likelier a light that matters is chosen by a receiver that is known: among 300 lamps over matte and metal
+/// balls anything from 4 to 16 is as good, and 1 has half as much noise again.
+const EMPHASIS: f32 = 8.0;
 
 /// A light as the compile step describes it.
 #[derive(Clone, Debug)]
@@ -51,6 +55,8 @@ pub struct LightSample {
     pub distance: f32,
     /// Probability of the choice × solid-angle density, sr⁻¹; the probability alone where `delta`.
     pub pdf: f32,
+    /// What the densities of other strategies are weighed against, sr⁻¹; see [`Lights::mis_pdf_surface`].
+    pub mis_pdf: f32,
     /// No BSDF sample can find this light: its MIS weight is 1.
     pub delta: bool,
     pub source: Source,
@@ -130,19 +136,24 @@ impl Lights {
         &self.environment
     }
 
+    /// Whether the choice depends on the surface that is lit: not where there is nothing to choose.
+    pub fn heeds_receivers(&self) -> bool {
+        self.local.len() > 1
+    }
+
     /// Light from one of the lights at `p`. `None` where the one chosen gives nothing there, or there is none.
-    pub fn sample(&self, p: Vec3, u_select: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, p: Vec3, receiver: &Receiver, u_select: f32, u: Vec2) -> Option<LightSample> {
         let share = self.infinite_share(p);
         if u_select < share {
             self.sample_infinite(u_select / share, u, share)
         } else {
             let u_select = ((u_select - share) / (1.0 - share)).min(ONE_MINUS_EPSILON);
-            self.sample_local(p, u_select, u, 1.0 - share)
+            self.sample_local(p, receiver, u_select, u, 1.0 - share)
         }
     }
 
-    /// The density with which [`sample`](Self::sample) finds `point` on a surface from `p`: what a BSDF sample that
-    /// hits it is weighted against. `emitter` is its index in the list given to [`new`](Self::new).
+    /// The density with which [`sample`](Self::sample) finds `point` on a surface from `p` for a receiver of which nothing
+    /// is known. `emitter` is its index in the list given to [`new`](Self::new).
     pub fn pdf_surface(&self, emitter: u32, p: Vec3, point: Vec3) -> f32 {
         let index = self.local_of_emitter.get(emitter as usize).copied().unwrap_or(NOT_LOCAL) as usize;
         let (Some(Local::Surface { shape, two_sided, .. }), Some(tree)) = (self.local.get(index), &self.tree)
@@ -153,6 +164,16 @@ impl Lights {
             return 0.0;
         }
         (1.0 - self.infinite_share(p)) * tree.probability(p, index) * shape.pdf(p, point)
+    }
+
+    /// [`pdf_surface`](Self::pdf_surface) as a weight in multiple importance sampling. Among several lights the choice is
+    /// better than that density tells, which knows nothing of the receiver; how much better, the weights need not know exactly.
+    pub fn mis_pdf_surface(&self, emitter: u32, p: Vec3, point: Vec3) -> f32 {
+        self.emphasis() * self.pdf_surface(emitter, p, point)
+    }
+
+    fn emphasis(&self) -> f32 {
+        if self.heeds_receivers() { EMPHASIS } else { 1.0 }
     }
 
     /// What a ray from `p` that leaves the scene meets, the environment and the suns' disks, and the density with which
@@ -174,11 +195,10 @@ impl Lights {
     }
 
     fn infinite_share(&self, p: Vec3) -> f32 {
-        let local = self.tree.as_ref().map_or(0.0, |tree| tree.irradiance(p));
-        match &self.infinite {
-            None => 0.0,
-            Some(_) if local <= 0.0 => 1.0,
-            Some(infinite) => {
+        let Some(infinite) = &self.infinite else { return 0.0 };
+        match self.tree.as_ref().map_or(0.0, |tree| tree.irradiance(p)) {
+            local if local <= 0.0 => 1.0,
+            local => {
                 let infinite = infinite.total() as f32;
                 (infinite / (infinite + local)).clamp(FAIR_SHARE, 1.0 - FAIR_SHARE)
             }
@@ -193,7 +213,7 @@ impl Lights {
             Some(sun) if sun.is_delta() => {
                 let (wi, pdf) = (sun.to_sun, share * choice.probability);
                 let source = Source::Radiance(sun.irradiance);
-                return Some(LightSample { wi, distance, pdf, delta: true, source });
+                return Some(LightSample { wi, distance, pdf, mis_pdf: pdf, delta: true, source });
             }
             Some(sun) => {
                 let wi = sun.sample(u);
@@ -208,21 +228,30 @@ impl Lights {
             wi: s.wi,
             distance,
             pdf,
+            mis_pdf: pdf,
             delta: false,
             source,
         })
     }
 
-    fn sample_local(&self, p: Vec3, u_select: f32, u: Vec2, share: f32) -> Option<LightSample> {
-        let (index, probability) = self.tree.as_ref()?.sample(p, u_select)?;
-        let selection = share * probability;
-        match self.local.get(index)? {
+    fn sample_local(
+        &self,
+        p: Vec3,
+        receiver: &Receiver,
+        u_select: f32,
+        u: Vec2,
+        share: f32,
+    ) -> Option<LightSample> {
+        let choice = self.tree.as_ref()?.sample(p, receiver, u_select)?;
+        let selection = share * choice.probability;
+        match self.local.get(choice.light)? {
             Local::Punctual(light) => {
                 let incident = light.sample(p)?;
                 Some(LightSample {
                     wi: incident.wi,
                     distance: incident.distance,
                     pdf: selection,
+                    mis_pdf: selection,
                     delta: true,
                     source: Source::Radiance(incident.radiance),
                 })
@@ -235,12 +264,14 @@ impl Lights {
                 }
                 let distance = to_light.length();
                 let (wi, pdf) = (to_light / distance, selection * s.pdf);
+                let mis_pdf = self.emphasis() * share * choice.for_any * s.pdf;
                 let source =
                     Source::Surface { object, primitive, point: s.point, normal: s.normal, uv: s.uv };
                 (pdf > 0.0 && pdf.is_finite() && wi.is_finite()).then_some(LightSample {
                     wi,
                     distance,
                     pdf,
+                    mis_pdf,
                     delta: false,
                     source,
                 })

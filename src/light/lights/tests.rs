@@ -37,7 +37,7 @@ fn irradiance(lights: &Lights, p: Vec3, n: Vec3) -> f32 {
     let mut sum = 0.0;
     for i in 0..count {
         let [a, b, c] = r3(i);
-        if let Some(s) = lights.sample(p, a, Vec2::new(b, c)) {
+        if let Some(s) = lights.sample(p, &Receiver::anywhere(), a, Vec2::new(b, c)) {
             let cos = s.wi.dot(n).max(0.0);
             let radiance = match s.source {
                 Source::Radiance(radiance) if s.delta => radiance.x,
@@ -135,7 +135,7 @@ fn directions_follow_the_densities_of_all_lights_together() {
     let p = Vec3::new(1.0, 0.5, 0.2);
     chi2_test(
         "mixture",
-        |[a, b, c]| lights.sample(p, a, Vec2::new(b, c)).map(|s| s.wi),
+        |[a, b, c]| lights.sample(p, &Receiver::anywhere(), a, Vec2::new(b, c)).map(|s| s.wi),
         |w| {
             let through = |&(emitter, center, radius): &(u32, Vec3, f32)| {
                 let along = (center - p).dot(w);
@@ -156,7 +156,7 @@ fn a_sample_carries_the_density_that_is_asked_for_later() {
     for i in 0..2000 {
         let [a, b, c] = r3(i);
         let p = 3.0 * uniform_sphere(Vec2::new(c, a));
-        let Some(s) = lights.sample(p, a, Vec2::new(b, c)) else { continue };
+        let Some(s) = lights.sample(p, &Receiver::anywhere(), a, Vec2::new(b, c)) else { continue };
         let pdf = match s.source {
             Source::Radiance(radiance) => {
                 let (expected, pdf) = lights.escaped(p, s.wi);
@@ -224,7 +224,7 @@ fn what_has_no_power_is_never_chosen() {
     let lights = Lights::new(&dark, black());
     for i in 0..100 {
         let [a, b, c] = r3(i);
-        assert!(lights.sample(Vec3::ZERO, a, Vec2::new(b, c)).is_none());
+        assert!(lights.sample(Vec3::ZERO, &Receiver::anywhere(), a, Vec2::new(b, c)).is_none());
     }
     for emitter in 0..9 {
         assert_eq!(lights.pdf_surface(emitter, Vec3::ZERO, Vec3::Y), 0.0);
