@@ -2,6 +2,7 @@
 
 use std::{
     ffi::{CString, c_char, c_int, c_uint, c_void},
+    mem::ManuallyDrop,
     path::Path,
     ptr::null_mut,
 };
@@ -94,8 +95,8 @@ functions! {
 pub struct Embree {
     functions: Functions,
     device: Handle,
-    /// Kept loaded as long as its functions are.
-    _library: Library,
+    /// Stays loaded: its threads outlive the device.
+    _library: ManuallyDrop<Library>,
 }
 
 impl Embree {
@@ -109,7 +110,7 @@ impl Embree {
         let device = unsafe { (functions.new_device)(config.as_ptr()) };
         match device.is_null() {
             true => Err("Embree makes no device".into()),
-            false => Ok(Self { functions, device, _library: library }),
+            false => Ok(Self { functions, device, _library: ManuallyDrop::new(library) }),
         }
     }
 

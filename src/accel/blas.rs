@@ -1,19 +1,23 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::{
-    binary,
+    binary::{self, Reinsertion},
     lanes::WIDTH,
     parts,
+    plan::LeafSize,
     triangles::Block,
-    wide::{self, LeafSize, Node},
+    wide::{self, Node},
 };
 
 /// Triangles that reach farther than this from the origin are set aside: products of three coordinates would overflow.
 pub const MAX_COORDINATE: f32 = 1e12;
 
 const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
+
+const REINSERTION: Reinsertion = Reinsertion { share: 0.1, passes: 2 };
 
 /// A leaf's rest: the number of blocks above this bit, the first block below.
 const COUNT_SHIFT: u32 = 28;
@@ -35,33 +39,26 @@ impl Blas {
     /// On more than 2²⁸ triangles.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         assert!(triangles.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
-        let (numbers, usable): (Vec<u32>, Vec<[Vec3; 3]>) = (0..)
-            .zip(triangles)
-            .filter_map(|(number, &triangle)| Some((number, corners(positions, triangle)?)))
-            .unzip();
-        let (boxes, owners) = parts::split(&usable);
-        let tree = binary::build(&boxes, &owners);
-        let mut blocks = Vec::with_capacity(usable.len() / WIDTH);
-        let mut members = Vec::with_capacity(LEAF_SIZE.block * LEAF_SIZE.max_blocks);
-        let nodes = wide::collapse(&tree, LEAF_SIZE, |owners| {
-            members.clear();
-            members.extend(owners.iter().map(|&i| (numbers[i as usize], usable[i as usize])));
+        let usable = |i: u32| corners(positions, triangles[i as usize]);
+        let count = triangles.len() as u32;
+        let mut parts = parts::of_triangles(count, usable, true);
+        let set_aside = triangles.len() - (0..count).into_par_iter().filter(|&i| usable(i).is_some()).count();
+        let tree = binary::build(&mut parts, LEAF_SIZE.block, &|parts| parts.len(), REINSERTION);
+        let (nodes, blocks) = wide::collapse(&tree, &parts, LEAF_SIZE, |numbers, blocks: &mut Vec<Block>| {
             // Parts of one triangle may meet in a leaf.
-            members.sort_unstable_by_key(|member| member.0);
-            members.dedup_by_key(|member| member.0);
+            numbers.sort_unstable();
+            numbers.dedup();
             let first = blocks.len();
-            blocks.extend(members.chunks(WIDTH).map(Block::new));
-            assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+            blocks.extend(
+                numbers
+                    .chunks(WIDTH)
+                    .map(|numbers| Block::new(numbers.iter().filter_map(|&i| Some((i, usable(i)?))))),
+            );
             ((blocks.len() - first) << COUNT_SHIFT | first) as u32
         });
-        blocks.shrink_to_fit();
-        let whole = boxes.iter().copied().reduce(|a, b| a.union(&b));
-        Self {
-            nodes,
-            blocks,
-            bounds: whole.map(|b| (b.min.into(), b.max.into())),
-            set_aside: triangles.len() - usable.len(),
-        }
+        assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+        let bounds = tree.nodes.first().map(|root| (root.aabb().min.into(), root.aabb().max.into()));
+        Self { nodes, blocks, bounds, set_aside }
     }
 
     /// How many triangles no ray can hit, and so are not in the tree.

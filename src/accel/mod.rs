@@ -7,8 +7,8 @@
 //! | file | concept |
 //! |---|---|
 //! | `parts` | triangles into boxes; long thin ones into several |
-//! | `top_down`, `binary` | boxes into a binary tree; the same, improved by obvhs |
-//! | `wide` | the binary tree into an eight-wide one |
+//! | `bins`, `top_down`, `binary` | where to divide a set of boxes; boxes into a binary tree; the same, improved by obvhs |
+//! | `plan`, `wide` | which nodes survive in an eight-wide tree; that tree |
 //! | `traverse` | a ray through an eight-wide tree |
 //! | `lanes` | eight floats at once: AVX2, or portable |
 //! | `triangles`, `blas` | leaves of a mesh's tree; the mesh's tree |
@@ -20,10 +20,12 @@
 //! triangles overlap in one plane, their t differ by roundings greater than that, and the boxes do have a say.)
 
 mod binary;
+mod bins;
 mod blas;
 mod lanes;
 mod objects;
 mod parts;
+mod plan;
 mod search;
 mod top_down;
 mod traverse;
