@@ -2,19 +2,20 @@
 //!
 //! ```sh
 //! pip download embreex && unzip embreex-*.whl    # or Debian's libembree4-4
-//! RAYO_EMBREE=embreex.libs/libembree4-….so.4 cargo bench --bench rays -- [SCENE | FILE.glb]… [--reps N] [--size N]
+//! RAYO_EMBREE=embreex.libs/libembree4-….so.4 cargo bench --bench rays -- [SCENE | FILE.glb]… [--reps N] [--builds N] [--size N]
 //! ```
 //!
 //! Prints three Markdown tables: rays a second relative to Embree (HIGH, its fast and its robust mode; medians over the
-//! repetitions, 1 thread), build times and bytes (2 threads), and rays lost through closed meshes. Without `RAYO_EMBREE`
+//! repetitions, 1 thread), build times (wall, and in brackets of all threads' processors) and bytes (2 threads), and rays lost through closed meshes. Without `RAYO_EMBREE`
 //! there is nothing to race against, and it says so.
 
 mod embree;
 mod random;
 mod rays;
 mod scenes;
+mod time;
 
-use std::{hint::black_box, path::Path, time::Instant};
+use std::{hint::black_box, path::Path};
 
 use rayo::{
     accel::{Accel, Blas, Object, Shape},
@@ -24,6 +25,7 @@ use rayo::{
 use embree::{Embree, Quality};
 use rays::{Kind, RaySet};
 use scenes::World;
+use time::{Spent, quartiles};
 
 /// Rays that one contestant traces before it is the next one's turn.
 const TURN: usize = 8192;
@@ -31,6 +33,7 @@ const TURN: usize = 8192;
 struct Options {
     scenes: Vec<String>,
     repetitions: usize,
+    builds: usize,
     /// Width and height of the picture that camera rays make, in pixels.
     size: u32,
 }
@@ -64,7 +67,7 @@ fn main() {
 }
 
 fn options() -> Options {
-    let mut options = Options { scenes: Vec::new(), repetitions: 7, size: 384 };
+    let mut options = Options { scenes: Vec::new(), repetitions: 7, builds: 3, size: 384 };
     let mut arguments = std::env::args().skip(1);
     let number =
         |value: Option<String>| value.and_then(|v| v.parse().ok()).expect("a whole number behind it");
@@ -72,6 +75,7 @@ fn options() -> Options {
         match argument.as_str() {
             "--bench" => {} // from cargo
             "--reps" => options.repetitions = number(arguments.next()),
+            "--builds" => options.builds = number(arguments.next()),
             "--size" => options.size = number(arguments.next()) as u32,
             _ => options.scenes.push(argument),
         }
@@ -93,9 +97,14 @@ fn build(world: &World) -> Accel {
 
 /// Prints the rays' rows, and gives the builds'.
 fn race(world: &World, embree: &Embree, options: &Options) -> String {
-    let (accel, rayo) = timed(|| build(world));
-    let (fast, high) = timed(|| embree.build(world, Quality::High, false));
-    let (_, medium) = timed(|| embree.build(world, Quality::Medium, false));
+    let mut spent: [Vec<Spent>; 3] = Default::default();
+    for _ in 0..options.builds {
+        spent[0].push(time::spent(|| build(world)).1);
+        spent[1].push(time::spent(|| embree.build(world, Quality::High, false)).1);
+        spent[2].push(time::spent(|| embree.build(world, Quality::Medium, false)).1);
+    }
+    let [rayo, high, medium] = spent.map(Spent::typical);
+    let (accel, fast) = (build(world), embree.build(world, Quality::High, false));
     let robust = embree.build(world, Quality::High, true);
     let nearest = |ray: &Ray| accel.closest(ray).map_or(f32::INFINITY, |h| h.t);
     for set in RaySet::all(world, options.size, |ray| accel.closest(ray)) {
@@ -135,13 +144,17 @@ fn race(world: &World, embree: &Embree, options: &Options) -> String {
     }
     let mib = |bytes: u64| bytes as f64 / (1 << 20) as f64;
     format!(
-        "| {} | {} | {:.2} | {:.2} | {:.2} | **{:.2}** | {:.0} ({:.0}) | {:.0} ({:.0}) |",
+        "| {} | {} | {:.2} ({:.2}) | {:.2} ({:.2}) | {:.2} ({:.2}) | **{:.2}** ({:.2}) | {:.0} ({:.0}) | {:.0} ({:.0}) |",
         world.name,
         world.triangles(),
         rayo.seconds,
+        rayo.processor,
         high.seconds,
+        high.processor,
         medium.seconds,
+        medium.processor,
         rayo.seconds / high.seconds,
+        rayo.processor / high.processor,
         mib(accel.memory() as u64),
         mib(rayo.peak),
         mib(high.kept),
@@ -160,9 +173,7 @@ fn times(rays: &[Ray], contestants: &[&dyn Fn(&[Ray]); 3], repetitions: usize) -
         let mut seconds = [0.0; 3];
         for k in 0..3 {
             let who = (k + i + repetition) % 3;
-            let start = Instant::now();
-            contestants[who](rays);
-            seconds[who] = start.elapsed().as_secs_f64();
+            seconds[who] = time::of_thread(|| contestants[who](rays));
         }
         seconds
     };
@@ -173,42 +184,12 @@ fn sum(turns: &[[f64; 3]], who: usize) -> f64 {
     turns.iter().map(|turn| turn[who]).sum()
 }
 
-/// Seconds of each contestant for all rays: of each turn, the median over the repetitions. Turns are short, so that
-/// what else the machine does meets few of them.
+/// Seconds of each contestant for all rays: of each turn, the median over the repetitions.
 fn typical(repetitions: &[Vec<[f64; 3]>]) -> [f64; 3] {
     std::array::from_fn(|who| {
         let turns = 0..repetitions.first().map_or(0, Vec::len);
         turns.map(|turn| quartiles(repetitions.iter().map(|r| r[turn][who]).collect())[1]).sum()
     })
-}
-
-/// With the median in the middle.
-fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
-    values.sort_by(f64::total_cmp);
-    [1, 2, 3].map(|quarter| values[quarter * (values.len() - 1) / 4])
-}
-
-struct Cost {
-    seconds: f64,
-    /// Bytes of the process: at most, and afterwards, above what there was before. 0 where /proc does not tell.
-    peak: u64,
-    kept: u64,
-}
-
-fn timed<T>(f: impl FnOnce() -> T) -> (T, Cost) {
-    let bytes = |key: &str| {
-        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-        let line = status.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_default();
-        1024 * line.trim_matches([':', ' ', '\t', 'k', 'B']).parse().unwrap_or(0u64)
-    };
-    // Sets the peak back to what is used now (proc(5)).
-    let _ = std::fs::write("/proc/self/clear_refs", "5");
-    let before = bytes("VmRSS");
-    let start = Instant::now();
-    let result = f();
-    let seconds = start.elapsed().as_secs_f64();
-    let above = |now: u64| now.saturating_sub(before);
-    (result, Cost { seconds, peak: above(bytes("VmHWM")), kept: above(bytes("VmRSS")) })
 }
 
 /// Rays from inside closed meshes at their vertices and edges: each must hit something.
