@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! pip download embreex && unzip embreex-*.whl    # or Debian's libembree4-4
-//! RAYO_EMBREE=embreex.libs/libembree4-….so.4 cargo bench --bench rays -- [SCENE | FILE.glb]… [--reps N] [--builds N] [--size N]
+//! RAYO_EMBREE=embreex.libs/libembree4-….so.4 cargo bench --bench rays -- [SCENE | FILE.glb]… [--reps N] [--builds N] [--bvh fast|balanced|best] [--size N]
 //! ```
 //!
 //! Prints three Markdown tables: rays a second relative to Embree (HIGH, its fast and its robust mode; medians over the
@@ -18,7 +18,7 @@ mod time;
 use std::{hint::black_box, path::Path};
 
 use rayo::{
-    accel::{Accel, Blas, Object, Shape},
+    accel::{self, Accel, Blas, Build, Object, Shape},
     geometry::Ray,
 };
 
@@ -27,6 +27,9 @@ use rays::{Kind, RaySet};
 use scenes::World;
 use time::{Spent, quartiles};
 
+/// rayo, Embree fast, Embree robust: each traces all rays it is given.
+type Contestants<'a> = [&'a dyn Fn(&[Ray]); 3];
+
 /// Rays that one contestant traces before it is the next one's turn.
 const TURN: usize = 8192;
 
@@ -34,6 +37,7 @@ struct Options {
     scenes: Vec<String>,
     repetitions: usize,
     builds: usize,
+    quality: accel::Quality,
     /// Width and height of the picture that camera rays make, in pixels.
     size: u32,
 }
@@ -67,7 +71,8 @@ fn main() {
 }
 
 fn options() -> Options {
-    let mut options = Options { scenes: Vec::new(), repetitions: 7, builds: 3, size: 384 };
+    let mut options =
+        Options { scenes: Vec::new(), repetitions: 7, builds: 3, quality: accel::Quality::Best, size: 384 };
     let mut arguments = std::env::args().skip(1);
     let number =
         |value: Option<String>| value.and_then(|v| v.parse().ok()).expect("a whole number behind it");
@@ -75,6 +80,13 @@ fn options() -> Options {
         match argument.as_str() {
             "--bench" => {} // from cargo
             "--reps" => options.repetitions = number(arguments.next()),
+            "--bvh" => {
+                options.quality = match arguments.next().as_deref() {
+                    Some("fast") => accel::Quality::Fast,
+                    Some("balanced") => accel::Quality::Balanced,
+                    _ => accel::Quality::Best,
+                }
+            }
             "--builds" => options.builds = number(arguments.next()),
             "--size" => options.size = number(arguments.next()) as u32,
             _ => options.scenes.push(argument),
@@ -86,8 +98,12 @@ fn options() -> Options {
     options
 }
 
-fn build(world: &World) -> Accel {
-    let blases = world.meshes.iter().map(|m| Blas::build(m.positions(), &m.triangles)).collect();
+fn build(world: &World, quality: accel::Quality) -> Accel {
+    let blases = world
+        .meshes
+        .iter()
+        .map(|m| Blas::build(m.positions(), &m.triangles, Build { quality, filtered: false }))
+        .collect();
     let object = |&(mesh, to_world): &(usize, _)| Object {
         shape: Shape::Mesh { blas: mesh as u32, to_world },
         filtered: false,
@@ -99,21 +115,21 @@ fn build(world: &World) -> Accel {
 fn race(world: &World, embree: &Embree, options: &Options) -> String {
     let mut spent: [Vec<Spent>; 3] = Default::default();
     for _ in 0..options.builds {
-        spent[0].push(time::spent(|| build(world)).1);
+        spent[0].push(time::spent(|| build(world, options.quality)).1);
         spent[1].push(time::spent(|| embree.build(world, Quality::High, false)).1);
         spent[2].push(time::spent(|| embree.build(world, Quality::Medium, false)).1);
     }
     let [rayo, high, medium] = spent.map(Spent::typical);
-    let (accel, fast) = (build(world), embree.build(world, Quality::High, false));
+    let (accel, fast) = (build(world, options.quality), embree.build(world, Quality::High, false));
     let robust = embree.build(world, Quality::High, true);
     let nearest = |ray: &Ray| accel.closest(ray).map_or(f32::INFINITY, |h| h.t);
     for set in RaySet::all(world, options.size, |ray| accel.closest(ray)) {
-        let closest: [&dyn Fn(&[Ray]); 3] = [
+        let closest: Contestants = [
             &|rays| rays.iter().for_each(|r| _ = black_box(accel.closest(r))),
             &|rays| rays.iter().for_each(|r| _ = black_box(fast.closest(r))),
             &|rays| rays.iter().for_each(|r| _ = black_box(robust.closest(r))),
         ];
-        let any: [&dyn Fn(&[Ray]); 3] = [
+        let any: Contestants = [
             &|rays| rays.iter().for_each(|r| _ = black_box(accel.occluded(r))),
             &|rays| rays.iter().for_each(|r| _ = black_box(fast.occluded(r))),
             &|rays| rays.iter().for_each(|r| _ = black_box(robust.occluded(r))),
@@ -168,7 +184,7 @@ fn same(a: f32, b: f32) -> bool {
 }
 
 /// Seconds of each contestant for each turn, repetition by repetition.
-fn times(rays: &[Ray], contestants: &[&dyn Fn(&[Ray]); 3], repetitions: usize) -> Vec<Vec<[f64; 3]>> {
+fn times(rays: &[Ray], contestants: &Contestants, repetitions: usize) -> Vec<Vec<[f64; 3]>> {
     let turn = |repetition: usize, (i, rays): (usize, &[Ray])| {
         let mut seconds = [0.0; 3];
         for k in 0..3 {
@@ -199,8 +215,10 @@ fn leaks(embree: &Embree) {
     for (name, triangles) in [("ball", 5000), ("ball", 200_000)] {
         let world = scenes::ball(name, triangles);
         let rays = rays::at_edges(&world.meshes[0], 500_000);
-        let (accel, [fast, robust]) =
-            (build(&world), [false, true].map(|robust| embree.build(&world, Quality::High, robust)));
+        let (accel, [fast, robust]) = (
+            build(&world, accel::Quality::Best),
+            [false, true].map(|robust| embree.build(&world, Quality::High, robust)),
+        );
         let lost = |hit: &dyn Fn(&Ray) -> bool| rays.iter().filter(|ray| !hit(ray)).count();
         println!(
             "| {name}, {} triangles | {} | {} | {} | {} |",

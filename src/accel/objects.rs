@@ -5,11 +5,11 @@ use obvhs::aabb::Aabb;
 
 use super::{
     Blas, Hit, Object, Shape,
-    binary::{self, Reinsertion},
     lanes::Lanes,
     parts::Part,
     plan::LeafSize,
     search::Search,
+    top_down,
     traverse::{Leaves, traverse},
     wide::{self, LEAF, Node},
 };
@@ -24,9 +24,6 @@ const QUAD: u32 = 2;
 /// Objects that reach farther from the origin are set aside: sums of the areas of boxes would overflow.
 const MAX_EXTENT: f32 = 1e15;
 
-/// Objects are few, and each is dear to visit.
-const REINSERTION: Reinsertion = Reinsertion { share: 0.3, passes: 4 };
-
 #[derive(Clone, Copy, Debug)]
 struct Id {
     object: u32,
@@ -37,6 +34,8 @@ struct Id {
 #[repr(align(64))]
 struct Instance {
     to_object: Affine3A,
+    /// Whether `to_object` does anything.
+    is_placed: bool,
     blas: u32,
     id: Id,
 }
@@ -55,6 +54,8 @@ pub struct Objects {
     spheres: Vec<Sphere>,
     quads: Vec<(Quad, Id)>,
     blases: Vec<Blas>,
+    /// There is one instance and nothing else: rays need not go through `nodes`.
+    is_instance: bool,
     bounds: Option<Aabb>,
     set_aside: usize,
 }
@@ -77,7 +78,7 @@ impl Objects {
             .filter(|(i, _)| stored(&objects[*i as usize].shape).is_some())
             .map(|(i, b)| Part::new(&b, i))
             .collect();
-        let tree = binary::build(&mut parts, 1, &|parts| parts.len(), REINSERTION);
+        let tree = top_down::build(&mut parts, 1, &|parts| parts.len());
         let one = LeafSize { block: 1, max_blocks: 1 };
         let (nodes, order) = wide::collapse(&tree, &parts, one, |numbers, order: &mut Vec<u32>| {
             order.append(numbers);
@@ -90,6 +91,7 @@ impl Objects {
             quads: Vec::new(),
             bounds: tree.nodes.first().map(|root| *root.aabb()),
             set_aside: objects.len() - parts.len(),
+            is_instance: false,
             blases,
         };
         let words: Vec<u32> = order.iter().map(|&i| all.store(i, &objects[i as usize])).collect();
@@ -97,6 +99,7 @@ impl Objects {
         for word in all.nodes.iter_mut().flat_map(|node| &mut node.child).filter(|word| **word > LEAF) {
             *word = LEAF | words[(*word - LEAF) as usize - 1];
         }
+        all.is_instance = order.len() == 1 && all.instances.len() == 1;
         all
     }
 
@@ -105,7 +108,8 @@ impl Objects {
         let id = Id { object, filtered: description.filtered };
         let (kind, index) = match stored(&description.shape) {
             Some(Stored::Instance(to_object, blas)) => {
-                self.instances.push(Instance { to_object, blas, id });
+                let is_placed = to_object != Affine3A::IDENTITY;
+                self.instances.push(Instance { to_object, is_placed, blas, id });
                 (INSTANCE, self.instances.len())
             }
             Some(Stored::Sphere(center, radius)) => {
@@ -144,8 +148,12 @@ impl Objects {
         search: Search<F, ANY, FILTER>,
     ) -> Option<Hit> {
         let mut leaves = ObjectLeaves { objects: self, ray, search };
+        if let (true, [instance]) = (self.is_instance, &self.instances[..]) {
+            leaves.instance::<L>(instance);
+            return leaves.search.result();
+        }
         // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L>(&self.nodes, ray, &mut leaves) };
+        unsafe { traverse::<L, _>(&self.nodes, ray, &mut leaves) };
         leaves.search.result()
     }
 }
@@ -203,6 +211,8 @@ struct ObjectLeaves<'a, F, const ANY: bool, const FILTER: bool> {
 impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     for ObjectLeaves<'_, F, ANY, FILTER>
 {
+    const ANY: bool = ANY;
+
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
         let index = (rest & ((1 << KIND_SHIFT) - 1)) as usize;
@@ -234,16 +244,19 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'
     #[inline(always)]
     fn instance<L: Lanes>(&mut self, instance: &Instance) -> bool {
         // The direction keeps its length in the world's measure, and so t is the same in both spaces.
-        let ray = Ray {
-            origin: instance.to_object.transform_point3(self.ray.origin),
-            direction: instance.to_object.transform_vector3(self.ray.direction),
-            ..*self.ray
+        let ray = match instance.is_placed {
+            false => *self.ray,
+            true => Ray {
+                origin: instance.to_object.transform_point3(self.ray.origin),
+                direction: instance.to_object.transform_vector3(self.ray.direction),
+                ..*self.ray
+            },
         };
         let blas = &self.objects.blases[instance.blas as usize];
         let shear = Shear::new(ray.direction);
         let mut leaves = TriangleLeaves { blas, ray: &ray, shear, id: instance.id, search: &mut self.search };
         // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L>(&blas.nodes, &ray, &mut leaves) }
+        unsafe { traverse::<L, _>(&blas.nodes, &ray, &mut leaves) }
     }
 
     #[inline(always)]
@@ -276,6 +289,8 @@ struct TriangleLeaves<'a, F, const ANY: bool, const FILTER: bool> {
 impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     for TriangleLeaves<'_, F, ANY, FILTER>
 {
+    const ANY: bool = ANY;
+
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
         for block in self.blas.leaf(rest) {

@@ -1,15 +1,21 @@
 //! Parts into a binary tree, from the root down: by the surface area heuristic over [bins](super::bins), with a split in the
-//! middle where that finds none or the tree would get too deep. Takes any input in O(n · depth).
+//! middle where that finds none or the tree would get too deep. Takes any input in O(n · depth). obvhs's own builder, PLOC, is left
+//! out: where boxes share a centre or a corner it merges one pair a round, so that 16 thousand of them take 12 s, and
+//! on ordinary scenes its trees were measured to be slower by about a tenth. Its reinsertion changes the area of these
+//! trees by less than a thousandth, and rays get slower: it fills leaves worse.
 //!
 //! A leaf is a range of the parts, which are put in order on the way: at most as many as are tested together.
 
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
 use super::{
-    binary::MAX_DEPTH,
     bins::Bins,
+    memory,
     parts::{Part, Span},
 };
+
+/// No tree is deeper (a lone root has depth 1): it bounds recursion here and the stack of the traversal.
+pub const MAX_DEPTH: usize = 64;
 
 /// Subtrees larger than this are built in parallel.
 const PARALLEL: usize = 1 << 13;
@@ -25,7 +31,7 @@ pub fn build(parts: &mut [Part], block: usize, thin: Thin) -> Bvh2 {
     let mut set = Set::EMPTY;
     parts.iter().for_each(|part| set.add(part));
     let (mut root, below) = Builder { block, thin }.grow(parts, 0, set, 1);
-    let mut nodes = Vec::with_capacity(1 + below.len as usize);
+    let mut nodes = memory::with_capacity(1 + below.len as usize);
     shift(&mut root, 1);
     nodes.push(root);
     for (by, mut chunk) in below.chunks {

@@ -4,8 +4,8 @@ use obvhs::{aabb::Aabb, bvh2::Bvh2};
 use rayon::prelude::*;
 
 use super::{
-    binary,
     lanes::WIDTH,
+    memory,
     parts::Part,
     plan::{LeafSize, Plan},
 };
@@ -44,7 +44,7 @@ const EMPTY: Node = Node {
 /// lower 31 bits: not 0, and such that adding n to it says that n more were there before. (That is done where
 /// subtrees are joined.)
 ///
-/// No deeper than [`binary::MAX_DEPTH`], since `tree` is not.
+/// No deeper than [`MAX_DEPTH`](super::top_down::MAX_DEPTH), since `tree` is not.
 pub fn collapse<B: Send>(
     tree: &Bvh2,
     parts: &[Part],
@@ -54,10 +54,9 @@ pub fn collapse<B: Send>(
     if tree.nodes.is_empty() {
         return (Vec::new(), Vec::new());
     }
-    debug_assert!(!binary::deeper(tree, 0, binary::MAX_DEPTH));
     let writer = Writer { tree, parts, plan: &Plan::new(tree, size), leaf: &leaf };
     let Written { nodes, leaves, chunks } = writer.written(0, PARALLEL_LEVELS);
-    let (mut all_nodes, mut all_leaves) = (Vec::with_capacity(nodes), Vec::with_capacity(leaves));
+    let (mut all_nodes, mut all_leaves) = (memory::with_capacity(nodes), memory::with_capacity(leaves));
     for mut chunk in chunks {
         for word in chunk.nodes.iter_mut().flat_map(|node| &mut node.child) {
             *word += match *word {
@@ -160,6 +159,11 @@ impl<F> Writer<'_, F> {
             true => children.push(root), // a lone leaf still hangs from a node
             false => self.split(root, WIDTH, &mut children),
         }
+        // Rays that look for any hit visit children in this order: first leaves, where they may end at once, and large ones.
+        children.sort_by_key(|&child| {
+            let area = self.tree.nodes[child as usize].aabb().half_area();
+            (!self.plan.is_leaf(child), !area.to_bits())
+        });
         children
     }
 
@@ -218,6 +222,7 @@ mod tests {
     use glam::Vec3A;
 
     use super::*;
+    use crate::accel::top_down;
     use crate::sampling::stats::uniform;
 
     /// Every primitive sits in one leaf, inside all bounds above it.
@@ -229,8 +234,7 @@ mod tests {
                 .map(|c| Aabb::new(c, c + 0.01))
                 .collect();
             let mut parts: Vec<Part> = (0..).zip(&boxes).map(|(i, b)| Part::new(b, i)).collect();
-            let some = binary::Reinsertion { share: 0.1, passes: 2 };
-            let tree = binary::build(&mut parts, 4, &|parts| parts.len(), some);
+            let tree = top_down::build(&mut parts, 4, &|parts| parts.len());
             let size = LeafSize { block: 4, max_blocks: 2 };
             let (nodes, leaves) = collapse(&tree, &parts, size, |numbers, leaves: &mut Vec<Vec<u32>>| {
                 leaves.push(numbers.clone());
