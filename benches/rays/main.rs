@@ -62,7 +62,7 @@ fn main() {
     }
     println!();
     println!(
-        "| scene | triangles | rayo s | HIGH s | MEDIUM s | × HIGH | rayo MiB (peak) | HIGH MiB (peak) |"
+        "| scene | triangles | rayo s (CPU) | HIGH s | MEDIUM s | rayo / HIGH | rayo MiB (peak) | HIGH MiB (peak) |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     builds.iter().for_each(|row| println!("{row}"));
