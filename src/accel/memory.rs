@@ -1,9 +1,6 @@
 //! Memory for what is large: in huge pages, where the system has them for the asking. Rays go through it at random, and with pages of
 //! 4 KiB most steps would miss the cache of addresses as well.
 
-/// Bytes from which on it is asked for.
-const LARGE: usize = 4 << 20;
-
 /// As `Vec::with_capacity`.
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let vec = Vec::with_capacity(capacity);
@@ -15,6 +12,8 @@ pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
 #[cfg(target_os = "linux")]
 fn advise(start: usize, bytes: usize) {
     use rustix::mm::{Advice, madvise};
+    /// Bytes from which on it is asked for.
+    const LARGE: usize = 4 << 20;
     /// The advice is about whole pages: those that lie in the allocation.
     const PAGE: usize = 1 << 16;
     if bytes < LARGE {
