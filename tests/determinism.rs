@@ -1,8 +1,9 @@
-//! The same bits whatever the number of threads, on scenes that use everything: lens, glass, textures, environment maps.
+//! The same bits whatever the number of threads and the trees, on scenes that use everything: lens, glass, textures, environment maps.
 
 use std::path::Path;
 
 use rayo::{
+    accel::Quality,
     compile::compile,
     import::assemble,
     render::{self, Monitor, Settings},
@@ -11,10 +12,14 @@ use rayo::{
 
 /// Every sum and count of the film, as bits.
 fn film(name: &str, threads: usize, seed: u64) -> Vec<u64> {
+    film_of(name, |settings| Settings { threads: Some(threads), seed, ..settings })
+}
+
+fn film_of(name: &str, change: impl Fn(Settings) -> Settings) -> Vec<u64> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = scene::load(&file).unwrap_or_else(|all| panic!("{all:?}"));
     let (world, settings, _) = assemble(scene).unwrap_or_else(|all| panic!("{all:?}"));
-    let settings = Settings { size: [60, 40], samples: 24, threads: Some(threads), seed, ..settings };
+    let settings = change(Settings { size: [60, 40], samples: 24, ..settings });
     let scene = compile(world, &settings);
     let rendering = render::render(&scene, &settings, &Monitor::default()).expect("rendered");
     let film = rendering.film;
@@ -35,5 +40,15 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
         assert!(one == film(name, 2, 0), "{name}: 2 threads differ from 1");
         assert!(one == film(name, 7, 0), "{name}: 7 threads differ from 1");
         assert!(one != film(name, 1, 1), "{name}: another seed gives another picture");
+    }
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_trees() {
+    for name in ["cover.toml", "still-life.toml"] {
+        let with = |bvh| film_of(name, |settings| Settings { bvh: Some(bvh), ..settings });
+        let fast = with(Quality::Fast);
+        assert!(fast == with(Quality::Balanced), "{name}: balanced differs from fast");
+        assert!(fast == with(Quality::Best), "{name}: best differs from fast");
     }
 }

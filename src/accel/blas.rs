@@ -1,13 +1,16 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use obvhs::aabb::Aabb;
 
 use super::{
-    binary,
     lanes::WIDTH,
-    parts,
+    parts::{self, Part},
+    plan::LeafSize,
+    quality::Quality,
+    top_down,
     triangles::Block,
-    wide::{self, LeafSize, Node},
+    wide::{self, Node},
 };
 
 /// Triangles that reach farther than this from the origin are set aside: products of three coordinates would overflow.
@@ -17,6 +20,14 @@ const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
 
 /// A leaf's rest: the number of blocks above this bit, the first block below.
 const COUNT_SHIFT: u32 = 28;
+
+/// How a mesh's tree is built.
+#[derive(Clone, Copy, Debug)]
+pub struct Build {
+    pub quality: Quality,
+    /// Hits on some instance are filtered, and so each of several coincident triangles counts. Otherwise only the first of them does.
+    pub filtered: bool,
+}
 
 /// The tree over a mesh.
 #[derive(Debug)]
@@ -29,39 +40,40 @@ pub struct Blas {
 
 impl Blas {
     /// Triangles are kept but for those that no ray can hit: with a vertex that is missing, not finite or beyond
-    /// [`MAX_COORDINATE`], or without area in `f32`. They are counted in [`set_aside`](Self::set_aside).
+    /// [`MAX_COORDINATE`], or without area in `f32`. They are counted in [`set_aside`](Self::set_aside). (Of triangles with the
+    /// same corners all but the first are left out too, unless hits are filtered: at equal t it is the one that is hit.)
     ///
     /// # Panics
     /// On more than 2²⁸ triangles.
-    pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+    pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], build: Build) -> Self {
         assert!(triangles.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
-        let (numbers, usable): (Vec<u32>, Vec<[Vec3; 3]>) = (0..)
-            .zip(triangles)
-            .filter_map(|(number, &triangle)| Some((number, corners(positions, triangle)?)))
-            .unzip();
-        let (boxes, owners) = parts::split(&usable);
-        let tree = binary::build(&boxes, &owners);
-        let mut blocks = Vec::with_capacity(usable.len() / WIDTH);
-        let mut members = Vec::with_capacity(LEAF_SIZE.block * LEAF_SIZE.max_blocks);
-        let nodes = wide::collapse(&tree, LEAF_SIZE, |owners| {
-            members.clear();
-            members.extend(owners.iter().map(|&i| (numbers[i as usize], usable[i as usize])));
+        let corners = |i: u32| corners(positions, &triangles[i as usize]);
+        let usable = |i: u32| corners(i).filter(is_usable);
+        let mut parts = parts::of_triangles(triangles.len() as u32, usable);
+        let set_aside = triangles.len() - parts.len();
+        if build.quality.cuts() {
+            parts::cut(&mut parts, corners);
+        }
+        let thin = |parts: &mut [Part]| match build.filtered {
+            true => parts.len(),
+            false => merge_coincident(parts, corners),
+        };
+        let tree = top_down::build(&mut parts, build.quality.leaf(LEAF_SIZE.block), &thin);
+        let (nodes, blocks) = wide::collapse(&tree, &parts, LEAF_SIZE, |numbers, blocks: &mut Vec<Block>| {
             // Parts of one triangle may meet in a leaf.
-            members.sort_unstable_by_key(|member| member.0);
-            members.dedup_by_key(|member| member.0);
+            numbers.sort_unstable();
+            numbers.dedup();
             let first = blocks.len();
-            blocks.extend(members.chunks(WIDTH).map(Block::new));
-            assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+            blocks.extend(
+                numbers
+                    .chunks(WIDTH)
+                    .map(|numbers| Block::new(numbers.iter().filter_map(|&i| Some((i, corners(i)?))))),
+            );
             ((blocks.len() - first) << COUNT_SHIFT | first) as u32
         });
-        blocks.shrink_to_fit();
-        let whole = boxes.iter().copied().reduce(|a, b| a.union(&b));
-        Self {
-            nodes,
-            blocks,
-            bounds: whole.map(|b| (b.min.into(), b.max.into())),
-            set_aside: triangles.len() - usable.len(),
-        }
+        assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+        let bounds = tree.nodes.first().map(|root| (root.aabb().min.into(), root.aabb().max.into()));
+        Self { nodes, blocks, bounds, set_aside }
     }
 
     /// How many triangles no ray can hit, and so are not in the tree.
@@ -95,14 +107,38 @@ impl Blas {
     }
 }
 
-/// `None` where no ray can hit the triangle.
-fn corners(positions: &[Vec3], triangle: [u32; 3]) -> Option<[Vec3; 3]> {
-    let [a, b, c] = triangle.map(|i| positions.get(i as usize).copied());
-    let corners = [a?, b?, c?];
+/// Moves the first part of each set of triangles with the same corners, bit by bit, to the front, and counts them. (In the same
+/// order: otherwise t may differ by a rounding. Of one triangle's parts none is lost, since their boxes differ.)
+fn merge_coincident(parts: &mut [Part], corners: impl Fn(u32) -> Option<[Vec3; 3]>) -> usize {
+    let key = |part: &Part| {
+        let Aabb { min, max } = part.bounds();
+        let [a, b, c] = corners(part.number()).unwrap_or_default();
+        [a, b, c, min.into(), max.into()].map(|p: Vec3| p.to_array().map(f32::to_bits))
+    };
+    parts.sort_by_cached_key(|part| (key(part), part.number()));
+    let mut kept = 0;
+    for i in 0..parts.len() {
+        if kept == 0 || key(&parts[kept - 1]) != key(&parts[i]) {
+            parts.swap(kept, i);
+            kept += 1;
+        }
+    }
+    kept
+}
+
+/// `None` where a vertex is missing. (No `array::map` here: it is not always inlined.)
+#[inline(always)]
+fn corners(positions: &[Vec3], &[a, b, c]: &[u32; 3]) -> Option<[Vec3; 3]> {
+    let position = |i: u32| positions.get(i as usize).copied();
+    Some([position(a)?, position(b)?, position(c)?])
+}
+
+/// Whether a ray can hit the triangle.
+#[inline(always)]
+fn is_usable(&[a, b, c]: &[Vec3; 3]) -> bool {
     // (false for NaN too)
-    let usable = corners.iter().all(|p| p.abs().max_element() <= MAX_COORDINATE && !p.is_nan());
+    let near = |p: Vec3| p.abs().max_element() <= MAX_COORDINATE && !p.is_nan();
     // In `f64` slivers keep their area, however thin.
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let area = (b - a).cross(c - a).length() as f32;
-    (usable && area >= f32::MIN_POSITIVE).then_some(corners)
+    let area = |a: DVec3| (b.as_dvec3() - a).cross(c.as_dvec3() - a).length() as f32;
+    near(a) && near(b) && near(c) && area(a.as_dvec3()) >= f32::MIN_POSITIVE
 }

@@ -7,8 +7,10 @@
 //! | file | concept |
 //! |---|---|
 //! | `parts` | triangles into boxes; long thin ones into several |
-//! | `top_down`, `binary` | boxes into a binary tree; the same, improved by obvhs |
-//! | `wide` | the binary tree into an eight-wide one |
+//! | `bins`, `top_down` | where to divide a set of boxes; boxes into a binary tree |
+//! | `plan`, `wide` | which nodes survive in an eight-wide tree; that tree |
+//! | `quality` | how much time goes into that |
+//! | `memory` | huge pages for what is large |
 //! | `traverse` | a ray through an eight-wide tree |
 //! | `lanes` | eight floats at once: AVX2, or portable |
 //! | `triangles`, `blas` | leaves of a mesh's tree; the mesh's tree |
@@ -19,11 +21,14 @@
 //! lowest object, then primitive, is taken. Kernels differ only in how boxes are rounded, always outwards. (Where large
 //! triangles overlap in one plane, their t differ by roundings greater than that, and the boxes do have a say.)
 
-mod binary;
+mod bins;
 mod blas;
 mod lanes;
+mod memory;
 mod objects;
 mod parts;
+mod plan;
+mod quality;
 mod search;
 mod top_down;
 mod traverse;
@@ -40,7 +45,8 @@ use glam::{Affine3A, Vec3};
 use self::{lanes::Portable, objects::Objects, search::Search};
 use crate::geometry::Ray;
 
-pub use blas::{Blas, MAX_COORDINATE};
+pub use blas::{Blas, Build, MAX_COORDINATE};
+pub use quality::Quality;
 
 /// Where a ray meets an object.
 #[derive(Clone, Copy, Debug, PartialEq)]

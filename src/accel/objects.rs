@@ -4,11 +4,14 @@ use glam::{Affine3A, DAffine3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::{
-    Blas, Hit, Object, Shape, binary,
+    Blas, Hit, Object, Shape,
     lanes::Lanes,
+    parts::Part,
+    plan::LeafSize,
     search::Search,
+    top_down,
     traverse::{Leaves, traverse},
-    wide::{self, LeafSize, Node},
+    wide::{self, LEAF, Node},
 };
 use crate::geometry::{Ray, quad::Quad, sphere, triangle::Shear};
 
@@ -31,6 +34,8 @@ struct Id {
 #[repr(align(64))]
 struct Instance {
     to_object: Affine3A,
+    /// Whether `to_object` does anything.
+    is_placed: bool,
     blas: u32,
     id: Id,
 }
@@ -49,6 +54,8 @@ pub struct Objects {
     spheres: Vec<Sphere>,
     quads: Vec<(Quad, Id)>,
     blases: Vec<Blas>,
+    /// There is one instance and nothing else: rays need not go through `nodes`.
+    is_instance: bool,
     bounds: Option<Aabb>,
     set_aside: usize,
 }
@@ -63,25 +70,36 @@ enum Stored {
 impl Objects {
     pub fn build(blases: Vec<Blas>, objects: &[Object]) -> Self {
         assert!(objects.len() <= 1 << KIND_SHIFT, "too many objects");
-        let (present, boxes): (Vec<u32>, Vec<Aabb>) = (0..objects.len() as u32)
+        let mut parts: Vec<Part> = (0..objects.len() as u32)
             .filter_map(|i| Some((i, bounds(&blases, &objects[i as usize].shape)?)))
             .filter(|(_, b)| {
                 [b.min, b.max].iter().all(|p| p.is_finite() && p.abs().max_element() < MAX_EXTENT)
             })
-            .filter_map(|(i, b)| stored(&objects[i as usize].shape).map(|_| (i, b)))
-            .unzip();
+            .filter(|(i, _)| stored(&objects[*i as usize].shape).is_some())
+            .map(|(i, b)| Part::new(&b, i))
+            .collect();
+        let tree = top_down::build(&mut parts, 1, &|parts| parts.len());
+        let one = LeafSize { block: 1, max_blocks: 1 };
+        let (nodes, order) = wide::collapse(&tree, &parts, one, |numbers, order: &mut Vec<u32>| {
+            order.append(numbers);
+            order.len() as u32
+        });
         let mut all = Self {
-            nodes: Vec::new(),
+            nodes,
             instances: Vec::new(),
             spheres: Vec::new(),
             quads: Vec::new(),
-            bounds: boxes.iter().copied().reduce(|a, b| a.union(&b)),
-            set_aside: objects.len() - present.len(),
+            bounds: tree.nodes.first().map(|root| *root.aabb()),
+            set_aside: objects.len() - parts.len(),
+            is_instance: false,
             blases,
         };
-        let tree = binary::build(&boxes, &present);
-        let one = LeafSize { block: 1, max_blocks: 1 };
-        all.nodes = wide::collapse(&tree, one, |leaf| all.store(leaf[0], &objects[leaf[0] as usize]));
+        let words: Vec<u32> = order.iter().map(|&i| all.store(i, &objects[i as usize])).collect();
+        // (those of unused children say 0)
+        for word in all.nodes.iter_mut().flat_map(|node| &mut node.child).filter(|word| **word > LEAF) {
+            *word = LEAF | words[(*word - LEAF) as usize - 1];
+        }
+        all.is_instance = order.len() == 1 && all.instances.len() == 1;
         all
     }
 
@@ -90,7 +108,8 @@ impl Objects {
         let id = Id { object, filtered: description.filtered };
         let (kind, index) = match stored(&description.shape) {
             Some(Stored::Instance(to_object, blas)) => {
-                self.instances.push(Instance { to_object, blas, id });
+                let is_placed = to_object != Affine3A::IDENTITY;
+                self.instances.push(Instance { to_object, is_placed, blas, id });
                 (INSTANCE, self.instances.len())
             }
             Some(Stored::Sphere(center, radius)) => {
@@ -129,8 +148,12 @@ impl Objects {
         search: Search<F, ANY, FILTER>,
     ) -> Option<Hit> {
         let mut leaves = ObjectLeaves { objects: self, ray, search };
+        if let (true, [instance]) = (self.is_instance, &self.instances[..]) {
+            leaves.instance::<L>(instance);
+            return leaves.search.result();
+        }
         // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L>(&self.nodes, ray, &mut leaves) };
+        unsafe { traverse::<L, _>(&self.nodes, ray, &mut leaves) };
         leaves.search.result()
     }
 }
@@ -188,6 +211,8 @@ struct ObjectLeaves<'a, F, const ANY: bool, const FILTER: bool> {
 impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     for ObjectLeaves<'_, F, ANY, FILTER>
 {
+    const ANY: bool = ANY;
+
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
         let index = (rest & ((1 << KIND_SHIFT) - 1)) as usize;
@@ -219,16 +244,19 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'
     #[inline(always)]
     fn instance<L: Lanes>(&mut self, instance: &Instance) -> bool {
         // The direction keeps its length in the world's measure, and so t is the same in both spaces.
-        let ray = Ray {
-            origin: instance.to_object.transform_point3(self.ray.origin),
-            direction: instance.to_object.transform_vector3(self.ray.direction),
-            ..*self.ray
+        let ray = match instance.is_placed {
+            false => *self.ray,
+            true => Ray {
+                origin: instance.to_object.transform_point3(self.ray.origin),
+                direction: instance.to_object.transform_vector3(self.ray.direction),
+                ..*self.ray
+            },
         };
         let blas = &self.objects.blases[instance.blas as usize];
         let shear = Shear::new(ray.direction);
         let mut leaves = TriangleLeaves { blas, ray: &ray, shear, id: instance.id, search: &mut self.search };
         // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L>(&blas.nodes, &ray, &mut leaves) }
+        unsafe { traverse::<L, _>(&blas.nodes, &ray, &mut leaves) }
     }
 
     #[inline(always)]
@@ -261,6 +289,8 @@ struct TriangleLeaves<'a, F, const ANY: bool, const FILTER: bool> {
 impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     for TriangleLeaves<'_, F, ANY, FILTER>
 {
+    const ANY: bool = ANY;
+
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
         for block in self.blas.leaf(rest) {

@@ -6,8 +6,8 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    binary::MAX_DEPTH,
     lanes::{Lanes, WIDTH},
+    top_down::MAX_DEPTH,
     wide::{LEAF, Node},
 };
 use crate::geometry::Ray;
@@ -29,6 +29,9 @@ const PAD_FAR: f32 = 1.0 + 10.0 * (f32::EPSILON / 2.0);
 
 /// What happens at the leaves.
 pub trait Leaves {
+    /// Whether any leaf may end the traversal: then children are visited in their order in the node, which is made for that, and
+    /// `t_max` never changes. Otherwise about nearest first.
+    const ANY: bool;
     /// Tests a leaf (`rest` is its child word without [`LEAF`]); `true` ends the traversal.
     fn visit<L: Lanes>(&mut self, rest: u32) -> bool;
     /// Boxes beyond this are of no interest.
@@ -101,7 +104,7 @@ fn order(far: &mut u64, near: &mut u64) {
 /// # Safety
 /// `nodes` comes from [`collapse`](super::wide::collapse): child words point into it, and it is no deeper than [`MAX_DEPTH`].
 #[inline(always)]
-pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Leaves) -> bool {
+pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &mut K) -> bool {
     if nodes.is_empty() {
         return false;
     }
@@ -125,6 +128,20 @@ pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Le
             let (mut lanes, enter) = slabs.enter(node, ray.t_min, leaves.t_max());
             if lanes == 0 {
                 break;
+            }
+            if K::ANY {
+                // From the last to the first, which is next.
+                loop {
+                    let lane = lanes.ilog2() as usize & (WIDTH - 1);
+                    lanes &= !(1 << lane);
+                    current = node.child[lane];
+                    prefetch::<L>(nodes, current, leaves);
+                    if lanes == 0 {
+                        break;
+                    }
+                    push!(current as u64);
+                }
+                continue;
             }
             let enter = enter.to_array();
             macro_rules! next {
@@ -192,7 +209,7 @@ pub unsafe fn traverse<L: Lanes>(nodes: &[Node], ray: &Ray, leaves: &mut impl Le
             height -= 1;
             // SAFETY: pushed above.
             let top = unsafe { stack.get_unchecked(height).assume_init() };
-            if f32::from_bits((top >> 32) as u32) <= leaves.t_max() {
+            if K::ANY || f32::from_bits((top >> 32) as u32) <= leaves.t_max() {
                 current = top as u32;
                 break;
             }

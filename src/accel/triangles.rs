@@ -32,10 +32,10 @@ pub struct BlockHits<L> {
 
 impl Block {
     /// At most eight.
-    pub fn new(triangles: &[(u32, [Vec3; 3])]) -> Self {
+    pub fn new(triangles: impl Iterator<Item = (u32, [Vec3; 3])>) -> Self {
         let mut block = Self { vertices: [[[f32::NAN; WIDTH]; 3]; 3], primitive: [0; WIDTH] };
-        for (lane, (primitive, corners)) in triangles.iter().enumerate().take(WIDTH) {
-            block.primitive[lane] = *primitive;
+        for (lane, (primitive, corners)) in triangles.enumerate().take(WIDTH) {
+            block.primitive[lane] = primitive;
             for (vertex, corner) in block.vertices.iter_mut().zip(corners) {
                 for (axis, coordinate) in vertex.iter_mut().zip(corner.to_array()) {
                     axis[lane] = coordinate;

@@ -1,18 +1,20 @@
 //! Eight-wide trees, and how a binary tree becomes one.
-//!
-//! Which nodes of the binary tree survive is chosen by dynamic programming for the lowest surface area cost (Ylitie,
-//! Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.2).
 
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
+use rayon::prelude::*;
 
-use super::{binary, lanes::WIDTH};
+use super::{
+    lanes::WIDTH,
+    memory,
+    parts::Part,
+    plan::{LeafSize, Plan},
+};
 
 /// Child word: this bit and what the leaf's owner makes of the rest, or the index of a node.
 pub const LEAF: u32 = 1 << 31;
 
-/// Cost of a visit to a node and of one leaf block. At 0.6 to 1, speed is the same within a few per cent, and memory least at 0.6.
-const NODE_COST: f32 = 1.0;
-const BLOCK_COST: f32 = 0.7;
+/// Down to this level of the wide tree subtrees are written in parallel.
+const PARALLEL_LEVELS: usize = 3;
 
 /// Four cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -36,129 +38,137 @@ const EMPTY: Node = Node {
     child: [LEAF; WIDTH],
 };
 
-/// What a leaf can hold.
-#[derive(Clone, Copy)]
-pub struct LeafSize {
-    /// Primitives tested together, at the cost of one block.
-    pub block: usize,
-    pub max_blocks: usize,
-}
-
-/// The nodes of the eight-wide tree, root first, depth first. `leaf` stores the primitives it is given and returns the
-/// child word's lower 31 bits; it is called in depth-first order.
+/// The nodes of the eight-wide tree, root first, and what is in its leaves.
 ///
-/// No deeper than [`binary::MAX_DEPTH`], since `tree` is not.
-pub fn collapse(tree: &Bvh2, size: LeafSize, leaf: impl FnMut(&[u32]) -> u32) -> Vec<Node> {
+/// `leaf` adds what it makes of the parts with these numbers to the leaves that there are so far, and returns the child word's
+/// lower 31 bits: not 0, and such that adding n to it says that n more were there before. (That is done where
+/// subtrees are joined.)
+///
+/// No deeper than [`MAX_DEPTH`](super::top_down::MAX_DEPTH), since `tree` is not.
+pub fn collapse<B: Send>(
+    tree: &Bvh2,
+    parts: &[Part],
+    size: LeafSize,
+    leaf: impl Fn(&mut Vec<u32>, &mut Vec<B>) -> u32 + Sync,
+) -> (Vec<Node>, Vec<B>) {
     if tree.nodes.is_empty() {
-        return Vec::new();
+        return (Vec::new(), Vec::new());
     }
-    debug_assert!(!binary::deeper(tree, 0, binary::MAX_DEPTH));
-    let plan = Plan::new(tree, size);
-    let mut emitter = Emitter { tree, plan: &plan, leaf, nodes: Vec::new(), primitives: Vec::new() };
-    emitter.node(0);
-    emitter.nodes.shrink_to_fit();
-    emitter.nodes
-}
-
-/// For each node of the binary tree, the best way to make a forest of at most j roots out of it, j = 1 … 8.
-struct Plan {
-    choices: Vec<Choice>,
-}
-
-#[derive(Clone, Copy, Default)]
-struct Choice {
-    /// Primitives below.
-    count: u32,
-    /// As a single root: a leaf rather than a node.
-    leaf: bool,
-    /// `left[j]`: how many of j roots go to the left child; 0 says that j − 1 roots do as well.
-    left: [u8; WIDTH + 1],
-}
-
-impl Plan {
-    fn new(tree: &Bvh2, size: LeafSize) -> Self {
-        let mut choices = vec![Choice::default(); tree.nodes.len()];
-        // costs[node][j − 1], j = 1 … 7: of at most j roots
-        let mut costs = vec![[0f32; WIDTH - 1]; tree.nodes.len()];
-        for index in parents_first(tree).into_iter().rev().map(|i| i as usize) {
-            let node = &tree.nodes[index];
-            let area = node.aabb().half_area();
-            let leaf_cost = |count: u32| match (count as usize).div_ceil(size.block) {
-                blocks if blocks > size.max_blocks => f32::INFINITY,
-                blocks => area * BLOCK_COST * blocks as f32,
+    let writer = Writer { tree, parts, plan: &Plan::new(tree, size), leaf: &leaf };
+    let Written { nodes, leaves, chunks } = writer.written(0, PARALLEL_LEVELS);
+    let (mut all_nodes, mut all_leaves) = (memory::with_capacity(nodes), memory::with_capacity(leaves));
+    for mut chunk in chunks {
+        for word in chunk.nodes.iter_mut().flat_map(|node| &mut node.child) {
+            *word += match *word {
+                LEAF => 0, // unused
+                leaf if leaf & LEAF != 0 => chunk.leaves_before as u32,
+                _ => chunk.nodes_before as u32,
             };
-            if node.is_leaf() {
-                choices[index] = Choice { count: 1, leaf: true, left: [0; WIDTH + 1] };
-                costs[index] = [leaf_cost(1); WIDTH - 1];
-                continue;
-            }
-            let first = node.first_index as usize;
-            let (left, right) = (costs[first], costs[first + 1]);
-            let mut choice = Choice {
-                count: choices[first].count.saturating_add(choices[first + 1].count),
-                ..Choice::default()
-            };
-            let mut shared = [f32::INFINITY; WIDTH + 1];
-            for roots in 2..=WIDTH {
-                for to_left in 1..roots {
-                    let cost = left[to_left - 1] + right[roots - to_left - 1];
-                    if cost < shared[roots] {
-                        (shared[roots], choice.left[roots]) = (cost, to_left as u8);
-                    }
-                }
-            }
-            let as_node = shared[WIDTH] + area * NODE_COST;
-            let as_leaf = leaf_cost(choice.count);
-            choice.leaf = as_leaf <= as_node;
-            costs[index][0] = as_leaf.min(as_node);
-            for roots in 2..WIDTH {
-                let fewer = costs[index][roots - 2];
-                if shared[roots] < fewer {
-                    costs[index][roots - 1] = shared[roots];
-                } else {
-                    (costs[index][roots - 1], choice.left[roots]) = (fewer, 0);
-                }
-            }
-            choices[index] = choice;
         }
-        Self { choices }
+        all_nodes.append(&mut chunk.nodes);
+        all_leaves.append(&mut chunk.leaves);
     }
+    (all_nodes, all_leaves)
 }
 
-fn parents_first(tree: &Bvh2) -> Vec<u32> {
-    let mut order = Vec::with_capacity(tree.nodes.len());
-    let mut open = vec![0];
-    while let Some(index) = open.pop() {
-        order.push(index);
-        let node = &tree.nodes[index as usize];
-        if !node.is_leaf() {
-            open.extend([node.first_index + 1, node.first_index]);
-        }
-    }
-    order
+/// A subtree: how much there is, in chunks.
+struct Written<B> {
+    nodes: usize,
+    leaves: usize,
+    chunks: Vec<Chunk<B>>,
 }
 
-struct Emitter<'a, F> {
-    tree: &'a Bvh2,
-    plan: &'a Plan,
-    leaf: F,
+/// Child words count from the beginning of the chunk.
+struct Chunk<B> {
     nodes: Vec<Node>,
-    /// Of the leaf being written.
-    primitives: Vec<u32>,
+    leaves: Vec<B>,
+    nodes_before: usize,
+    leaves_before: usize,
 }
 
-impl<F: FnMut(&[u32]) -> u32> Emitter<'_, F> {
-    /// Writes the wide node that stands for node `root` of the binary tree.
-    fn node(&mut self, root: u32) -> u32 {
-        let index = self.nodes.len();
-        self.nodes.push(EMPTY);
-        let mut children = Vec::with_capacity(WIDTH);
-        let binary = &self.tree.nodes[root as usize];
-        if binary.is_leaf() {
-            children.push(root); // a lone primitive still hangs from a node
-        } else {
-            self.split(root, WIDTH, &mut children);
+struct Writer<'a, F> {
+    tree: &'a Bvh2,
+    parts: &'a [Part],
+    plan: &'a Plan,
+    leaf: &'a F,
+}
+
+impl<F> Writer<'_, F> {
+    /// The wide node that stands for node `root` of the binary tree, and all below it.
+    fn written<B: Send>(&self, root: u32, parallel: usize) -> Written<B>
+    where
+        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32 + Sync,
+    {
+        let (mut nodes, mut leaves) = (Vec::new(), Vec::new());
+        if parallel == 0 {
+            self.node(root, &mut nodes, &mut leaves);
+            return Written {
+                nodes: nodes.len(),
+                leaves: leaves.len(),
+                chunks: vec![Chunk { nodes, leaves, nodes_before: 0, leaves_before: 0 }],
+            };
         }
+        let children = self.children(root);
+        let below = |&child: &u32| (!self.plan.is_leaf(child)).then(|| self.written(child, parallel - 1));
+        let below: Vec<Option<Written<B>>> = children.par_iter().map(below).collect();
+        let mut node = self.around(&children);
+        let mut written = Written { nodes: 1, leaves: 0, chunks: Vec::new() };
+        for (lane, child) in children.iter().enumerate().filter(|(_, child)| self.plan.is_leaf(**child)) {
+            node.child[lane] = self.leaf(*child, &mut leaves);
+        }
+        written.leaves = leaves.len();
+        written.chunks.push(Chunk { nodes: vec![EMPTY], leaves, nodes_before: 0, leaves_before: 0 });
+        for (lane, below) in below.into_iter().enumerate() {
+            let Some(below) = below else { continue };
+            node.child[lane] = written.nodes as u32;
+            written.chunks.extend(below.chunks.into_iter().map(|mut chunk| {
+                chunk.nodes_before += written.nodes;
+                chunk.leaves_before += written.leaves;
+                chunk
+            }));
+            written.nodes += below.nodes;
+            written.leaves += below.leaves;
+        }
+        written.chunks[0].nodes[0] = node;
+        written
+    }
+
+    /// As [`written`](Self::written), behind what there is; the index of the node.
+    fn node<B>(&self, root: u32, nodes: &mut Vec<Node>, leaves: &mut Vec<B>) -> u32
+    where
+        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32,
+    {
+        let index = nodes.len();
+        nodes.push(EMPTY);
+        let children = self.children(root);
+        let mut node = self.around(&children);
+        for (lane, &child) in children.iter().enumerate() {
+            node.child[lane] = match self.plan.is_leaf(child) {
+                true => self.leaf(child, leaves),
+                false => self.node(child, nodes, leaves),
+            };
+        }
+        nodes[index] = node;
+        index as u32
+    }
+
+    /// Which nodes of the binary tree are the children of the wide node that stands for `root`.
+    fn children(&self, root: u32) -> Vec<u32> {
+        let mut children = Vec::with_capacity(WIDTH);
+        match self.tree.nodes[root as usize].is_leaf() {
+            true => children.push(root), // a lone leaf still hangs from a node
+            false => self.split(root, WIDTH, &mut children),
+        }
+        // Rays that look for any hit visit children in this order: first leaves, where they may end at once, and large ones.
+        children.sort_by_key(|&child| {
+            let area = self.tree.nodes[child as usize].aabb().half_area();
+            (!self.plan.is_leaf(child), !area.to_bits())
+        });
+        children
+    }
+
+    /// A node with the bounds of its children.
+    fn around(&self, children: &[u32]) -> Node {
         let mut node = EMPTY;
         for (lane, &child) in children.iter().enumerate() {
             let Aabb { min, max } = *self.tree.nodes[child as usize].aabb();
@@ -166,20 +176,15 @@ impl<F: FnMut(&[u32]) -> u32> Emitter<'_, F> {
                 node.bounds[2 * axis][lane] = min[axis];
                 node.bounds[2 * axis + 1][lane] = max[axis];
             }
-            node.child[lane] = match self.plan.choices[child as usize].leaf {
-                true => self.leaf(child),
-                false => self.node(child),
-            };
         }
-        self.nodes[index] = node;
-        index as u32
+        node
     }
 
     /// The roots of the best forest of at most `roots`.
     fn forest(&self, node: u32, roots: usize, out: &mut Vec<u32>) {
         if roots == 1 || self.tree.nodes[node as usize].is_leaf() {
             out.push(node);
-        } else if self.plan.choices[node as usize].left[roots] == 0 {
+        } else if self.plan.left(node, roots) == 0 {
             self.forest(node, roots - 1, out);
         } else {
             self.split(node, roots, out);
@@ -187,24 +192,28 @@ impl<F: FnMut(&[u32]) -> u32> Emitter<'_, F> {
     }
 
     fn split(&self, node: u32, roots: usize, out: &mut Vec<u32>) {
-        let left = self.plan.choices[node as usize].left[roots] as usize;
+        let left = self.plan.left(node, roots);
         let first = self.tree.nodes[node as usize].first_index;
         self.forest(first, left, out);
         self.forest(first + 1, roots - left, out);
     }
 
-    fn leaf(&mut self, node: u32) -> u32 {
-        self.primitives.clear();
+    fn leaf<B>(&self, node: u32, leaves: &mut Vec<B>) -> u32
+    where
+        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32,
+    {
+        let mut numbers = Vec::with_capacity(16);
         let mut open = vec![node];
         while let Some(index) = open.pop() {
             let node = &self.tree.nodes[index as usize];
+            let first = node.first_index as usize;
             if node.is_leaf() {
-                self.primitives.push(node.first_index);
+                numbers.extend(self.parts[first..first + node.prim_count as usize].iter().map(Part::number));
             } else {
                 open.extend([node.first_index + 1, node.first_index]);
             }
         }
-        LEAF | (self.leaf)(&self.primitives)
+        LEAF | (self.leaf)(&mut numbers, leaves)
     }
 }
 
@@ -213,22 +222,23 @@ mod tests {
     use glam::Vec3A;
 
     use super::*;
+    use crate::accel::top_down;
     use crate::sampling::stats::uniform;
 
     /// Every primitive sits in one leaf, inside all bounds above it.
     #[test]
     fn keeps_every_primitive_inside_its_bounds() {
-        for n in [1u32, 2, 7, 9, 700] {
+        for n in [1u32, 2, 7, 9, 700, 30_000] {
             let boxes: Vec<Aabb> = (0..n)
                 .map(|i| Vec3A::new(uniform(i, 0), uniform(i, 1), uniform(i, 2)))
-                .map(|c| Aabb::new(c, c + 0.02))
+                .map(|c| Aabb::new(c, c + 0.01))
                 .collect();
-            let tree = binary::build(&boxes, &(0..n).collect::<Vec<_>>());
-            let mut leaves: Vec<Vec<u32>> = Vec::new();
+            let mut parts: Vec<Part> = (0..).zip(&boxes).map(|(i, b)| Part::new(b, i)).collect();
+            let tree = top_down::build(&mut parts, 4, &|parts| parts.len());
             let size = LeafSize { block: 4, max_blocks: 2 };
-            let nodes = collapse(&tree, size, |primitives| {
-                leaves.push(primitives.to_vec());
-                leaves.len() as u32 - 1
+            let (nodes, leaves) = collapse(&tree, &parts, size, |numbers, leaves: &mut Vec<Vec<u32>>| {
+                leaves.push(numbers.clone());
+                leaves.len() as u32
             });
             let mut seen = vec![0; n as usize];
             let mut open = vec![(0u32, Aabb::LARGEST)];
@@ -243,7 +253,7 @@ mod tests {
                         open.push((node.child[lane], inner));
                         continue;
                     }
-                    let leaf = &leaves[(node.child[lane] & !LEAF) as usize];
+                    let leaf = &leaves[(node.child[lane] & !LEAF) as usize - 1];
                     assert!(leaf.len() <= 8);
                     for &p in leaf {
                         seen[p as usize] += 1;

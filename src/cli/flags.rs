@@ -5,6 +5,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use crate::{
+    accel::Quality,
     output::{self, View},
     render::{self, Bounces, MAX_BOUNCES, MAX_SAMPLES, MAX_THREADS},
     scene::{Selection, parse_duration},
@@ -57,6 +58,10 @@ pub struct Overrides {
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<usize>,
 
+    /// How much time goes into building trees; by the number of triangles and samples where neither this nor the scene says
+    #[arg(long, value_enum)]
+    bvh: Option<BvhName>,
+
     /// Brighten by so many stops before the view (PNG only), such as 1.5 or -1
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f32>,
@@ -68,6 +73,17 @@ pub struct Overrides {
     /// Curve from light to the numbers of a PNG
     #[arg(long, value_enum)]
     view: Option<ViewName>,
+}
+
+/// The picture does not depend on it.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BvhName {
+    /// For a preview of many triangles
+    Fast,
+    /// In between
+    Balanced,
+    /// For many samples
+    Best,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -132,6 +148,12 @@ impl Overrides {
         set(&mut render.noise, self.noise);
         render.time = self.time.or(render.time);
         render.threads = self.threads.or(render.threads);
+        let bvh = self.bvh.map(|bvh| match bvh {
+            BvhName::Fast => Quality::Fast,
+            BvhName::Balanced => Quality::Balanced,
+            BvhName::Best => Quality::Best,
+        });
+        render.bvh = bvh.or(render.bvh);
         output.variance |= self.variance;
         set(&mut output.exposure, self.exposure);
         let view = self.view.map(|view| match view {

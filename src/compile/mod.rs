@@ -12,7 +12,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
-    accel::{self, Accel, Blas, Shape},
+    accel::{self, Accel, Blas, Build, Quality, Shape},
     camera::{Camera, FilterTable},
     light::{Aim, Environment, Lights},
     material,
@@ -30,16 +30,16 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let environment = Environment::new(&environment, &model.images);
     let textures = Textures::new(model.images, model.textures);
 
-    let start = Instant::now();
-    let blases: Vec<Blas> =
-        model.meshes.par_iter().map(|m| Blas::build(&m.positions, &m.triangles)).collect();
-    let triangles_set_aside = blases.iter().map(|b| b.set_aside() as u64).sum();
-
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
     objects.extend(model.instances.into_iter().map(Object::instance));
     objects.extend(spheres.into_iter().map(Object::sphere));
     objects.extend(quads.into_iter().map(Object::quad));
     let filtered: Vec<bool> = model.materials.iter().map(must_be_asked).collect();
+    let is_filtered = |object: &Object| object.materials.iter().any(|m| filtered[m.index()]);
+
+    let start = Instant::now();
+    let blases = trees(&model.meshes, &objects, is_filtered, settings);
+    let triangles_set_aside = blases.iter().map(|b| b.set_aside() as u64).sum();
     let shapes = objects.iter().map(|object| accel::Object {
         shape: match &object.kind {
             ObjectKind::Instance { mesh, placement } => {
@@ -50,7 +50,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
                 Shape::Quad { origin: *origin, u: *u, v: *v, round: *round }
             }
         },
-        filtered: object.materials.iter().any(|m| filtered[m.index()]),
+        filtered: is_filtered(object),
     });
     let accel = Accel::build(blases, shapes.collect());
     let bvh_seconds = start.elapsed().as_secs_f64();
@@ -124,6 +124,26 @@ fn focusing(
             }
         })
         .collect()
+}
+
+/// The tree of each mesh.
+fn trees(
+    meshes: &[Mesh],
+    objects: &[Object],
+    is_filtered: impl Fn(&Object) -> bool,
+    settings: &Settings,
+) -> Vec<Blas> {
+    let triangles = meshes.iter().map(|m| m.triangles.len() as u64).sum();
+    let quality = settings.bvh.unwrap_or_else(|| Quality::planned(triangles, settings.planned_samples()));
+    let mut filtered = vec![false; meshes.len()];
+    for object in objects {
+        if let ObjectKind::Instance { mesh, .. } = &object.kind {
+            filtered[mesh.index()] |= is_filtered(object);
+        }
+    }
+    let build =
+        |(m, filtered): (&Mesh, bool)| Blas::build(&m.positions, &m.triangles, Build { quality, filtered });
+    meshes.par_iter().zip(filtered).map(build).collect()
 }
 
 /// Whether a ray that meets this material may pass through it untouched.

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use crate::accel::Quality;
+
 /// Pixels along a side of a picture.
 pub const MAX_SIDE: u32 = 1 << 16;
 
@@ -57,6 +59,8 @@ pub struct Settings {
     pub threads: Option<usize>,
     pub bounces: Bounces,
     pub filter: PixelFilter,
+    /// How trees are built. `None`: as is soonest done, by the number of triangles and of samples.
+    pub bvh: Option<Quality>,
 }
 
 impl Settings {
@@ -66,6 +70,12 @@ impl Settings {
         let [x, y, w, h] = self.crop.unwrap_or([0, 0, width, height]);
         let (x, y) = (x.min(width), y.min(height));
         [x, y, w.min(width - x), h.min(height - y)]
+    }
+
+    /// Camera rays at most.
+    pub fn planned_samples(&self) -> u64 {
+        let [.., width, height] = self.window();
+        u64::from(width) * u64::from(height) * u64::from(self.samples)
     }
 
     /// What is wrong with the settings as a whole, in words; empty where they can be rendered.
@@ -136,6 +146,7 @@ impl Default for Settings {
             threads: None,
             bounces: Bounces::uniform(16),
             filter: PixelFilter { kind: FilterKind::BlackmanHarris, width: 3.3 },
+            bvh: None,
         }
     }
 }

@@ -12,9 +12,12 @@ use super::{
     table::{inline_schema, table},
     time::Time,
 };
-use crate::render::{
-    Bounces as BounceLimits, FilterKind, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS,
-    PixelFilter, Settings,
+use crate::{
+    accel::Quality,
+    render::{
+        Bounces as BounceLimits, FilterKind, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_THREADS,
+        PixelFilter, Settings,
+    },
 };
 
 table! {
@@ -36,6 +39,8 @@ table! {
         threads: Option<u32>; from(1.0).to(MAX_THREADS as f64),
         /// Reconstruction filter: its name, or a table with its width.
         filter: Filter = Filter::Named(Kind::BlackmanHarris),
+        /// How much time goes into building trees, which only changes the speed. Without it: by the number of triangles and samples.
+        bvh: Option<Bvh>,
         /// Only this part is rendered: x and y of its top left corner, width, height; pixels.
         crop: Option<Crop>,
     }
@@ -44,6 +49,11 @@ table! {
 choice! {
     /// Reconstruction filters.
     enum Kind { "box" => Box, "gaussian" => Gaussian, "blackman-harris" => BlackmanHarris }
+}
+
+choice! {
+    /// How much time goes into building trees.
+    enum Bvh { "fast" => Fast, "balanced" => Balanced, "best" => Best }
 }
 
 /// Width and height, pixels.
@@ -119,6 +129,11 @@ impl Render {
             threads: self.threads.map(|n| n as usize),
             bounces: self.bounces.resolve(),
             filter: self.filter.resolve(),
+            bvh: self.bvh.map(|bvh| match bvh {
+                Bvh::Fast => Quality::Fast,
+                Bvh::Balanced => Quality::Balanced,
+                Bvh::Best => Quality::Best,
+            }),
         }
     }
 }

@@ -48,6 +48,18 @@ fn unusable_triangles_are_set_aside_and_the_rest_stays() {
     assert!(rays(500).all(|ray| good.closest(&ray) == bad.closest(&ray)));
 }
 
+/// A heap of copies is one triangle, unless each may count.
+#[test]
+fn heaps_of_identical_triangles_vanish() {
+    let mut heap = Soup::default();
+    heap.add([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    heap.triangles = vec![[0, 1, 2]; 100_000];
+    let start = Instant::now();
+    assert_eq!(heap.built(Quality::Best, false).memory(), size_of::<wide::Node>() + 320);
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?} to build", start.elapsed());
+    assert!(heap.built(Quality::Best, true).memory() > 320 * 100_000 / 8);
+}
+
 /// Hostile meshes build in time, and rays of any kind go through them without harm.
 #[test]
 fn hostile_input_is_survived() {

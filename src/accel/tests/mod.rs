@@ -27,7 +27,11 @@ impl Soup {
     }
 
     fn blas(&self) -> Blas {
-        Blas::build(&self.positions, &self.triangles)
+        self.built(Quality::Best, true)
+    }
+
+    fn built(&self, quality: Quality, filtered: bool) -> Blas {
+        Blas::build(&self.positions, &self.triangles, Build { quality, filtered })
     }
 
     fn corners(&self, i: usize) -> [Vec3; 3] {
@@ -237,6 +241,27 @@ fn coincident_hits_go_to_the_lowest_numbers() {
         let hit = accel.closest(&Ray::new(Vec3::new(0.1, 0.2, 1.0), Vec3::NEG_Z)).expect("covers the origin");
         assert_eq!((hit.t, hit.object, hit.primitive), (1.0, 0, 0));
     }
+}
+
+/// Whatever the trees are like, and whether or not triangles that are never the nearest are kept.
+#[test]
+fn hits_do_not_depend_on_how_trees_are_built() {
+    let mut soup = soup(1500, 0.2);
+    let twice: Vec<[u32; 3]> = soup.triangles[..700].iter().rev().flat_map(|&t| [t; 12]).collect();
+    soup.triangles.extend(twice);
+    let whole = |blas| Object { shape: Shape::Mesh { blas, to_world: Affine3A::IDENTITY }, filtered: false };
+    let accels: Vec<Accel> = [Quality::Fast, Quality::Balanced, Quality::Best]
+        .into_iter()
+        .flat_map(|quality| [false, true].map(|filtered| soup.built(quality, filtered)))
+        .map(|blas| Accel::build(vec![blas], vec![whole(0)]))
+        .collect();
+    assert!(accels.windows(2).all(|pair| pair[0].memory() != pair[1].memory()), "all the same trees");
+    let same = |ray: &Ray| {
+        let hit = accels[0].closest(ray);
+        assert!(hit.is_none_or(|h| h.primitive < 1500), "a copy is hit instead of the first");
+        accels.iter().all(|a| a.closest(ray) == hit && a.occluded(ray) == hit.is_some())
+    };
+    assert!(rays(3000).all(|ray| same(&ray)));
 }
 
 #[test]
