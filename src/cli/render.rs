@@ -17,7 +17,7 @@ use super::{
     terminal::{has_color, say},
 };
 use crate::{
-    color::{Picture, variance_of_means},
+    color::{Picture, Spread},
     compile::compile,
     diagnostic,
     film::SampleCounts,
@@ -164,9 +164,9 @@ fn write_picture(
         size: settings.size,
         origin: [x, y],
     };
-    let variance = output.variance.then(|| variance_of_means(&rendering.film));
+    let spread = output.variance.then(|| Spread::of(&rendering.film));
     let encoded =
-        output::encode(&Picture::of(&rendering.film), variance.as_deref(), output, &facts).map_err(failed)?;
+        output::encode(&Picture::of(&rendering.film), spread.as_deref(), output, &facts).map_err(failed)?;
     interrupt.uninterrupted(|| output::write_file(&output.file, &encoded.bytes)).map_err(failed)?;
     Ok(encoded.clamped)
 }

@@ -9,6 +9,6 @@ mod srgb;
 mod view;
 
 pub use luminance::{LUMINANCE, luminance};
-pub use picture::{Picture, variance_of_means};
+pub use picture::{Picture, Spread};
 pub use srgb::{srgb_decode, srgb_encode};
 pub use view::{View, exposure_factor};

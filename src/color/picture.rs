@@ -1,6 +1,6 @@
 //! The finished picture, before any view transform.
 
-use crate::film::Film;
+use crate::film::{Film, Pixel};
 
 /// Scene-linear Rec.709, row by row from the top. Finite and not negative.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,22 @@ impl Picture {
     }
 }
 
-/// Estimated variance of what each pixel shows, per channel. Infinite below two samples.
-pub fn variance_of_means(film: &Film) -> Vec<[f32; 3]> {
-    let of_mean = |i| film.variance(i).map_or([f32::INFINITY; 3], |v| v.as_vec3().to_array());
-    (0..film.pixels().len()).map(of_mean).collect()
+/// How sure a pixel is of what it shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Estimated, of what it shows, per channel. Infinite below two samples.
+    pub variance: [f32; 3],
+    /// Taken for this pixel.
+    pub samples: u32,
+}
+
+impl Spread {
+    /// Of every pixel, row by row from the top.
+    pub fn of(film: &Film) -> Vec<Self> {
+        let pixel = |(i, pixel): (usize, &Pixel)| Self {
+            variance: film.variance(i).map_or([f32::INFINITY; 3], |v| v.as_vec3().to_array()),
+            samples: pixel.taken(),
+        };
+        film.pixels().iter().enumerate().map(pixel).collect()
+    }
 }

@@ -150,16 +150,18 @@ impl Map {
 
     fn locate(&self, direction: Vec3) -> Location {
         let (width, height) = (self.width as f32, self.height as f32);
-        let u = 0.5 + (direction.z.atan2(direction.x) + self.rotation) / TAU;
+        let u = 0.5 + (atan2(direction.z, direction.x) + self.rotation) / TAU;
         // Not acos, which has no digits near the poles.
-        let v = horizontal(direction).atan2(direction.y) / PI;
+        let v = atan2(horizontal(direction), direction.y) / PI;
         let x = (u - u.floor()) * width - 0.5;
         let y = v * height + 0.5;
-        let (column, row) = (x.floor(), y.floor().clamp(0.0, height));
+        // Neither is below −1: a cast that cuts off towards 0 is the floor. NaN is 0.
+        let column = (x + 1.0) as usize;
+        let row = (y as usize).min(self.height);
         Location {
-            column: if column < 0.0 { self.width - 1 } else { (column as usize).min(self.width - 1) },
-            row: row as usize,
-            fraction: Vec2::new(x - column, y - row).clamp(Vec2::ZERO, Vec2::ONE),
+            column: if column == 0 { self.width - 1 } else { (column - 1).min(self.width - 1) },
+            row,
+            fraction: Vec2::new(x + 1.0 - column as f32, y - row as f32).clamp(Vec2::ZERO, Vec2::ONE),
         }
     }
 
@@ -216,6 +218,27 @@ impl Map {
 #[inline(always)]
 fn blend([a, b, c, d]: &[Vec3; 4], at: Vec2) -> Vec3 {
     a.lerp(*b, at.x).lerp(c.lerp(*d, at.x), at.y)
+}
+
+/// The angle of (x, y) from +x, within 3e-7: a fiftieth of a texel in a map of 32 thousand. Twice as fast as a whole one.
+/// Polynomial: Abramowitz and Stegun, *Handbook of Mathematical Functions*, 4.4.49.
+fn atan2(y: f32, x: f32) -> f32 {
+    const EVEN: [f32; 8] = [
+        0.002_866_225_7,
+        -0.016_165_737,
+        0.042_909_614,
+        -0.075_289_64,
+        0.106_562_64,
+        -0.142_088_99,
+        0.199_935_51,
+        -0.333_331_45,
+    ];
+    let (small, large) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
+    let t = if large > 0.0 { small / large } else { 0.0 };
+    let t2 = t * t;
+    let octant = t + t * t2 * EVEN.iter().fold(0.0, |sum, c| sum * t2 + c);
+    let quadrant = if y.abs() > x.abs() { 0.5 * PI - octant } else { octant };
+    (if x < 0.0 { PI - quadrant } else { quadrant }).copysign(y)
 }
 
 /// sin θ.
@@ -353,6 +376,20 @@ mod tests {
             assert!(map.look(w).1.is_finite());
         }
         map.look(Vec3::NAN); // must not panic
+    }
+
+    #[test]
+    fn angles_are_exact_enough() {
+        for i in 0..100_000 {
+            let [a, b, c] = r3(i);
+            let (y, x) = ((a - 0.5) * 10f32.powf(6.0 * (c - 0.5)), b - 0.5);
+            let exact = f64::from(y).atan2(f64::from(x));
+            assert!((f64::from(atan2(y, x)) - exact).abs() < 3e-7, "{y}, {x}");
+        }
+        assert_eq!(
+            [atan2(0.0, 1.0), atan2(0.0, -1.0), atan2(1.0, 0.0), atan2(0.0, 0.0)],
+            [0.0, PI, 0.5 * PI, 0.0]
+        );
     }
 
     #[test]

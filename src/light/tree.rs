@@ -128,6 +128,9 @@ impl Tree {
 
     /// A light for `p`; `None` where none reaches it, or the receiver scatters none of what does. `u` is uniform in [0, 1).
     pub fn sample(&self, p: Vec3, receiver: &Receiver, mut u: f32) -> Option<Choice> {
+        if self.places.len() == 1 {
+            return Some(Choice { light: 0, probability: 1.0, for_any: 1.0 });
+        }
         let mut node = &self.nodes[0];
         let (mut probability, mut for_any) = (1.0, 1.0);
         loop {
@@ -163,6 +166,9 @@ impl Tree {
     /// The probability with which [`sample`](Self::sample) would choose a light at `p` for a receiver of which nothing is known.
     pub fn probability(&self, p: Vec3, light: usize) -> f32 {
         let Some(&leaf) = self.places.get(light) else { return 0.0 };
+        if self.places.len() == 1 {
+            return 1.0;
+        }
         let (mut place, mut probability) = (leaf, 1.0);
         while place != NOWHERE {
             let node = &self.nodes[place as usize / WIDTH];

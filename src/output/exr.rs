@@ -5,8 +5,9 @@
 //!
 //! The data window of a crop is its place in the whole picture, which is the display window.
 //!
-//! With variance there are three more channels, `variance.R`, `variance.G` and `variance.B`: the estimated variance of the
-//! pixel's mean (that of a sample over the number of samples), always float, infinite below two samples.
+//! With their spread there are four more channels: `variance.R`, `variance.G` and `variance.B`, the estimated variance of the
+//! pixel's mean (that of a sample over the number of samples), always float, infinite below two samples; and `samples`, whole
+//! numbers, how many there are.
 //!
 //! A half ends at 65504: what is brighter is clamped to that and counted.
 
@@ -21,7 +22,7 @@ use ::exr::{
 };
 
 use super::{Depth, Encoded, Error, Facts, software};
-use crate::color::Picture;
+use crate::color::{Picture, Spread};
 
 const REC709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
@@ -32,18 +33,18 @@ const REC709: Chromaticities = Chromaticities {
 
 pub fn encode(
     picture: &Picture,
-    variance: Option<&[[f32; 3]]>,
+    spread: Option<&[Spread]>,
     depth: Depth,
     facts: &Facts,
 ) -> Result<Encoded, Error> {
     match depth {
         Depth::High => {
-            let bytes = encode_as(picture, variance, facts, |x| x)?;
+            let bytes = encode_as(picture, spread, facts, |x| x)?;
             Ok(Encoded { bytes, clamped: 0 })
         }
         Depth::Low => {
             let largest = f16::MAX.to_f32();
-            let bytes = encode_as(picture, variance, facts, |x| f16::from_f32(x.min(largest)))?;
+            let bytes = encode_as(picture, spread, facts, |x| f16::from_f32(x.min(largest)))?;
             let clamped = picture.pixels.as_flattened().iter().filter(|&&x| x > largest).count() as u64;
             Ok(Encoded { bytes, clamped })
         }
@@ -52,7 +53,7 @@ pub fn encode(
 
 fn encode_as<T: IntoSample>(
     picture: &Picture,
-    variance: Option<&[[f32; 3]]>,
+    spread: Option<&[Spread]>,
     facts: &Facts,
     convert: impl Fn(f32) -> T + Sync,
 ) -> Result<Vec<u8>, Error> {
@@ -62,7 +63,7 @@ fn encode_as<T: IntoSample>(
     let (image, layer, encoding) = (image_attributes(facts), layer_attributes(facts), encoding());
     let mut bytes = Vec::new();
     let file = Cursor::new(&mut bytes);
-    let written = match variance {
+    let written = match spread {
         None => {
             let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
                 let [r, g, b] = picture.pixels[index(position)];
@@ -70,7 +71,7 @@ fn encode_as<T: IntoSample>(
             });
             Image::new(image, Layer::new(size, layer, encoding, channels)).write().to_buffered(file)
         }
-        Some(variance) => {
+        Some(spread) => {
             let channels = SpecificChannels::build()
                 .with_channel("R")
                 .with_channel("G")
@@ -78,10 +79,12 @@ fn encode_as<T: IntoSample>(
                 .with_channel("variance.R")
                 .with_channel("variance.G")
                 .with_channel("variance.B")
+                .with_channel("samples")
                 .with_pixel_fn(|position: Vec2<usize>| {
                     let i = index(position);
-                    let ([r, g, b], [vr, vg, vb]) = (picture.pixels[i], variance[i]);
-                    (convert(r), convert(g), convert(b), vr, vg, vb)
+                    let ([r, g, b], Spread { variance: [vr, vg, vb], samples }) =
+                        (picture.pixels[i], spread[i]);
+                    (convert(r), convert(g), convert(b), vr, vg, vb, samples)
                 });
             Image::new(image, Layer::new(size, layer, encoding, channels)).write().to_buffered(file)
         }
@@ -151,16 +154,19 @@ mod tests {
 
     #[test]
     fn variance_is_float_beside_half_colours() {
-        let variance: Vec<[f32; 3]> = (0..40 * 21).map(|i| [1e-9 * i as f32, 0.3, f32::INFINITY]).collect();
-        let encoded = encode(&picture(), Some(&variance), Depth::Low, &FACTS).expect("encodes");
+        let spread: Vec<Spread> = (0..40 * 21)
+            .map(|i| Spread { variance: [1e-9 * i as f32, 0.3, f32::INFINITY], samples: 1 << 24 | i })
+            .collect();
+        let encoded = encode(&picture(), Some(&spread), Depth::Low, &FACTS).expect("encodes");
         let plain = encode(&picture(), None, Depth::Low, &FACTS).expect("encodes");
         assert_eq!(decode(&encoded.bytes), decode(&plain.bytes));
         let image = all_channels_of(&encoded.bytes);
         let names: Vec<String> = image.iter().map(|(name, _)| name.clone()).collect();
-        assert_eq!(names, ["B", "G", "R", "variance.B", "variance.G", "variance.R"]);
-        let reds: Vec<f32> = variance.iter().map(|v| v[0]).collect();
-        assert_eq!(image[5].1, reds);
-        assert!(image[3].1.iter().all(|v| v.is_infinite()));
+        assert_eq!(names, ["B", "G", "R", "samples", "variance.B", "variance.G", "variance.R"]);
+        let reds: Vec<f32> = spread.iter().map(|s| s.variance[0]).collect();
+        assert_eq!(image[6].1, reds);
+        assert_eq!(image[3].1[7], ((1 << 24) | 7) as f32);
+        assert!(image[4].1.iter().all(|v| v.is_infinite()));
     }
 
     fn all_channels_of(bytes: &[u8]) -> Vec<(String, Vec<f32>)> {

@@ -23,7 +23,7 @@ pub use file::{check_writable, write_file};
 pub use settings::{Depth, Settings, View};
 pub use stats::{Rays, Seconds, Stats, peak_memory};
 
-use crate::color::Picture;
+use crate::color::{Picture, Spread};
 
 /// Extensions of [`Format`], for [`check_writable`].
 pub const PICTURE_EXTENSIONS: &[&str] = &["png", "exr", "hdr"];
@@ -92,10 +92,10 @@ impl Format {
     }
 }
 
-/// The bytes of `settings.file`. With `variance`, which only EXR can hold, that of each pixel's mean.
+/// The bytes of `settings.file`. With `spread`, which only EXR can hold, each pixel's variance and number of samples.
 pub fn encode(
     picture: &Picture,
-    variance: Option<&[[f32; 3]]>,
+    spread: Option<&[Spread]>,
     settings: &Settings,
     facts: &Facts,
 ) -> Result<Encoded, Error> {
@@ -104,7 +104,7 @@ pub fn encode(
             let bytes = png::encode(picture, settings)?;
             Ok(Encoded { bytes, clamped: 0 })
         }
-        Some(Format::Exr) => exr::encode(picture, variance, settings.depth, facts),
+        Some(Format::Exr) => exr::encode(picture, spread, settings.depth, facts),
         Some(Format::Hdr) => hdr::encode(picture),
         None => Err(file::unknown_extension(&settings.file, PICTURE_EXTENSIONS)),
     }
