@@ -190,6 +190,9 @@ impl Lights {
     /// Of a direction among the infinite lights, where the environment's own density is known.
     fn infinite_pdf(&self, direction: Vec3, environment_pdf: f32) -> f32 {
         let Some(infinite) = &self.infinite else { return 0.0 };
+        if self.suns.is_empty() {
+            return environment_pdf;
+        }
         let sun_pdf = |(i, sun): (usize, &Sun)| infinite.probability(i + 1) * sun.pdf(direction);
         infinite.probability(0) * environment_pdf + self.suns.iter().enumerate().map(sun_pdf).sum::<f32>()
     }
@@ -206,12 +209,17 @@ impl Lights {
     }
 
     fn sample_infinite(&self, u_select: f32, u: Vec2, share: f32) -> Option<LightSample> {
-        let choice = self.infinite.as_ref()?.sample(u_select);
-        let sun = choice.index.checked_sub(1).and_then(|i| self.suns.get(i));
+        let infinite = self.infinite.as_ref()?;
+        let (sun, probability) = if self.suns.is_empty() {
+            (None, 1.0)
+        } else {
+            let choice = infinite.sample(u_select);
+            (choice.index.checked_sub(1).and_then(|i| self.suns.get(i)), choice.probability)
+        };
         let distance = f32::INFINITY;
         let s = match sun {
             Some(sun) if sun.is_delta() => {
-                let (wi, pdf) = (sun.to_sun, share * choice.probability);
+                let (wi, pdf) = (sun.to_sun, share * probability);
                 let source = Source::Radiance(sun.irradiance);
                 return Some(LightSample { wi, distance, pdf, mis_pdf: pdf, delta: true, source });
             }
