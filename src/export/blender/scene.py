@@ -209,9 +209,7 @@ def add_attribute(geometry, name, kind, domain, field, numbers):
 def place(scene, spec, mesh, materials):
     thing = bpy.data.objects.new(spec["name"], mesh)
     scene.collection.objects.link(thing)
-    for slot, material in zip(thing.material_slots, spec["materials"]):
-        slot.link = "OBJECT"
-        slot.material = materials[material]
+    dress(thing, mesh, [materials[material] for material in spec["materials"]])
     faithful_shadows(thing)
     if spec["matrix"]:
         matrix = Matrix(spec["matrix"])
@@ -221,6 +219,18 @@ def place(scene, spec, mesh, materials):
             thing.matrix_basis = Matrix()
             thing.parent = sheared(scene)
             thing.matrix_parent_inverse = matrix
+
+
+def dress(thing, mesh, chosen):
+    """Materials belong to the mesh as far as they can: objects with materials of their own share no geometry in Cycles."""
+    if not any(mesh.materials):
+        for i, material in enumerate(chosen):
+            mesh.materials[i] = material
+        return
+    for slot, given, material in zip(thing.material_slots, mesh.materials, chosen):
+        if given is not material:
+            slot.link = "OBJECT"
+            slot.material = material
 
 
 def close(a, b):
