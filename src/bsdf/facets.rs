@@ -5,19 +5,23 @@
 //! what the layer leaves to its base, come from the tables where facets are alike in all directions and
 //! the curve is one of theirs; else from a quadrature over visible normals on the spot, within 1 %.
 
+use std::sync::LazyLock;
+
 use glam::{Vec2, Vec3};
 
 use super::albedo::Albedo;
 use super::anisotropic::AnisotropicGgx;
 use super::fresnel::{DielectricFresnel, LayerCurve, SCHLICK_AVERAGE, refract, schlick_weight};
+use super::ggx::visible_normal_at;
 use super::glass_albedo::glass_albedo;
 use super::layer_albedo::Layer;
 use super::reflect_about;
-use super::table::{cell, node};
+use super::table::{Point, cell, lattice, node};
 use super::thin_film::ThinFilm;
 
-/// Points of the Fibonacci lattice over the visible normals.
+/// Of the Fibonacci lattice over the visible normals: how many, and the step.
 const LATTICE: [u32; 2] = [89, 55];
+static POINTS: LazyLock<Vec<Point>> = LazyLock::new(|| lattice(LATTICE, 1.0));
 /// A film's fringes are wider than this resolves up to 2 µm; averages do not show narrower ones.
 const FILM_NODES: usize = 16;
 /// As sharp as directions in f32 can be told apart.
@@ -37,8 +41,6 @@ pub struct Reflectance {
     f90: Vec3,
     rise: Rise,
     pub film: Option<ThinFilm>,
-    /// What the film reflects at cos θ = (k / (n − 1))², for averages over many normals.
-    film_table: [Vec3; FILM_NODES],
     /// F_ms; zero where multiple scattering is left out.
     multiple: Vec3,
 }
@@ -54,22 +56,25 @@ impl Reflectance {
     }
 
     fn new(f0: Vec3, f90: Vec3, rise: Rise, film: Option<ThinFilm>) -> Self {
-        let film_table = film.as_ref().map_or([Vec3::ZERO; FILM_NODES], |film| {
-            std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2)))
-        });
-        Self { f0, f90, rise, film, film_table, multiple: Vec3::ZERO }
+        Self { f0, f90, rise, film, multiple: Vec3::ZERO }
     }
 
     pub fn at(&self, cos: f32) -> Vec3 {
         self.filmed(self.bare(cos), cos)
     }
 
+    /// What the film reflects at cos θ = (k / (n − 1))², for averages over many normals.
+    fn film_nodes(&self) -> Option<[Vec3; FILM_NODES]> {
+        let film = self.film.as_ref()?;
+        Some(std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2))))
+    }
+
     /// As [`at`](Self::at), but of a film interpolated.
-    fn roughly_at(&self, cos: f32) -> Vec3 {
+    fn roughly_at(&self, nodes: Option<&[Vec3; FILM_NODES]>, cos: f32) -> Vec3 {
         let bare = self.bare(cos);
-        let Some(film) = &self.film else { return bare };
+        let (Some(film), Some(nodes)) = (&self.film, nodes) else { return bare };
         let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
-        bare.lerp(self.film_table[k].lerp(self.film_table[k + 1], t), film.weight)
+        bare.lerp(nodes[k].lerp(nodes[k + 1], t), film.weight)
     }
 
     fn bare(&self, cos: f32) -> Vec3 {
@@ -170,14 +175,15 @@ impl Facets {
         }
         let mut white = 0.0;
         let mut single = [Vec3::ZERO; 2];
+        let films = curves.map(|curve| curve.and_then(Reflectance::film_nodes));
         for h in self.normals(wo) {
             let wi = reflect_about(wo, h);
             if wi.z > 0.0 {
                 let kept = self.ggx.g2_over_g1(wo, wi);
                 white += kept;
-                for (sum, curve) in single.iter_mut().zip(&curves) {
-                    if let Some(curve) = curve {
-                        *sum += kept * curve.roughly_at(wo.dot(h));
+                for k in 0..2 {
+                    if let Some(curve) = curves[k] {
+                        single[k] += kept * curve.roughly_at(films[k].as_ref(), wo.dot(h));
                     }
                 }
             }
@@ -213,11 +219,8 @@ impl Facets {
     }
 
     fn normals(&self, wo: Vec3) -> impl Iterator<Item = Vec3> {
-        let (ggx, [n, step]) = (self.ggx, LATTICE);
-        (0..n).map(move |i| {
-            let polar = (i as f32 + 0.5) / n as f32;
-            ggx.sample_normal(wo, Vec2::new(polar, ((i * step % n) as f32 + 0.25) / n as f32))
-        })
+        let alpha = self.ggx.alpha;
+        POINTS.iter().map(move |&(polar, azimuth)| visible_normal_at(alpha, wo, polar, azimuth))
     }
 }
 

@@ -27,6 +27,7 @@ pub const SCHLICK_AVERAGE: f32 = 1.0 / 21.0;
 const MAX_LAYER_IOR: f32 = 1e4;
 
 /// (1 − cos θ)⁵
+#[inline]
 pub fn schlick_weight(cos: f32) -> f32 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     (m * m) * (m * m) * m
@@ -49,6 +50,7 @@ impl SchlickCurve {
         Self { f0: color, f90: color }
     }
 
+    #[inline]
     pub fn at(&self, cos: f32) -> Vec3 {
         self.f0 + (self.f90 - self.f0) * schlick_weight(cos)
     }
@@ -75,16 +77,21 @@ impl LayerCurve {
         let rise = DielectricRise::new(ior);
         Self { f0: Vec3::splat(rise.r0), f90: Vec3::ONE, rise }
     }
+
+    #[inline]
+    pub fn at(&self, cos: f32) -> Vec3 {
+        self.f0 + (self.f90 - self.f0) * self.rise.at(cos)
+    }
 }
 
 /// w(θ): how far the reflectance of a dielectric in air has come from normal incidence, 0, to grazing, 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DielectricRise {
     /// η² − 1
-    eta2_minus_1: f32,
-    r0: f32,
+    pub(super) eta2_minus_1: f32,
+    pub(super) r0: f32,
     /// 1 / (1 − R₀)
-    scale: f32,
+    pub(super) scale: f32,
 }
 
 impl DielectricRise {
@@ -103,6 +110,7 @@ impl DielectricRise {
 
     /// w, by the form of the equations that needs no refracted angle (Cook and Torrance 1982): with c = cos θ and
     /// g = η cos θₜ, R = ½ ((g − c)/(g + c))² (1 + ((c(g + c) − 1)/(c(g − c) + 1))²).
+    #[inline]
     pub fn at(self, cos: f32) -> f32 {
         let c = cos.clamp(f32::EPSILON, 1.0);
         let g = (self.eta2_minus_1 + c * c).sqrt();

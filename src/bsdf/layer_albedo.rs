@@ -75,7 +75,7 @@ impl Layer {
 
 impl Table {
     fn new() -> Self {
-        let rises = std::array::from_fn(|k| rise_at(k, INDICES));
+        let rises = Rises::new();
         let mut slabs = Box::new([[[0.0; COSINES]; ROUGHNESSES]; INDICES]);
         for i in 0..ROUGHNESSES {
             let r = node(i, ROUGHNESSES).max(TINY.sqrt());
@@ -98,22 +98,50 @@ fn rise_at(k: usize, n: usize) -> DielectricRise {
     DielectricRise::new((1.0 + contrast) / (1.0 - contrast))
 }
 
+/// The curves of all indices side by side, as vector instructions want them.
+struct Rises {
+    eta2_minus_1: [f32; INDICES],
+    r0: [f32; INDICES],
+    scale: [f32; INDICES],
+}
+
+impl Rises {
+    fn new() -> Self {
+        let mut rises = Self { eta2_minus_1: [0.0; INDICES], r0: [0.0; INDICES], scale: [0.0; INDICES] };
+        for k in 0..INDICES {
+            let rise = rise_at(k, INDICES);
+            (rises.eta2_minus_1[k], rises.r0[k], rises.scale[k]) = (rise.eta2_minus_1, rise.r0, rise.scale);
+        }
+        rises
+    }
+
+    /// Adds w(cos) × `weight` of each.
+    fn add(&self, cos: f32, weight: f32, sums: &mut [f32; INDICES]) {
+        for k in 0..INDICES {
+            let (eta2_minus_1, r0, scale) = (self.eta2_minus_1[k], self.r0[k], self.scale[k]);
+            sums[k] += weight * DielectricRise { eta2_minus_1, r0, scale }.at(cos);
+        }
+    }
+}
+
 /// B/E − w(μ) of each curve, B and E as averages of G₂/G₁ over the visible normals.
-fn residues(rises: &[DielectricRise; INDICES], mu: f32, alpha: f32) -> [f32; INDICES] {
+fn residues(rises: &Rises, mu: f32, alpha: f32) -> [f32; INDICES] {
     let ggx = Ggx { alpha };
     let (wo, normals) = visible_normals(ggx, mu);
     let (mut white, mut grazing) = (0.0, [0.0; INDICES]);
     for h in normals {
         let wi = reflect_about(wo, h);
         if wi.z > 0.0 {
-            let (kept, cos) = (ggx.g2_over_g1(wo, wi), wo.dot(h));
+            let kept = ggx.g2_over_g1(wo, wi);
             white += kept;
-            for (sum, rise) in grazing.iter_mut().zip(rises) {
-                *sum += kept * rise.at(cos);
-            }
+            rises.add(wo.dot(h), kept, &mut grazing);
         }
     }
-    std::array::from_fn(|k| grazing[k] / white - rises[k].at(mu))
+    for sum in &mut grazing {
+        *sum /= white;
+    }
+    rises.add(mu, -1.0, &mut grazing);
+    grazing
 }
 
 /// w_avg, by the midpoints of √μ: the rise of an index near 1 is narrow.

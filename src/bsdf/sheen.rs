@@ -36,13 +36,8 @@ pub struct Sheen {
 }
 
 /// E by √α, then by √μ.
-static TABLE: LazyLock<Vec<[f32; COSINES]>> = LazyLock::new(|| {
-    let row = |i| {
-        let alpha = alpha_at(i);
-        std::array::from_fn(|j| integrate(node(j, COSINES).powi(2).max(TINY), alpha))
-    };
-    (0..ROUGHNESSES).map(row).collect()
-});
+static TABLE: LazyLock<Vec<[f32; COSINES]>> =
+    LazyLock::new(|| (0..ROUGHNESSES).map(|i| row(alpha_at(i))).collect());
 
 impl Sheen {
     /// `None` where there is none.
@@ -56,7 +51,9 @@ impl Sheen {
             return Vec3::ZERO;
         }
         let Some(h) = (wo + wi).try_normalize() else { return Vec3::ZERO };
-        self.color * (white(wo, wi, h, self.alpha) / tabulated(wo.z, self.alpha).max(1.0))
+        let lambdas = lambda(wo.z, self.alpha) + lambda(wi.z, self.alpha);
+        let white = white(wo.z, h.x * h.x + h.y * h.y, lambdas, self.alpha);
+        self.color * (white / tabulated(wo.z, self.alpha).max(1.0))
     }
 
     pub fn sample(&self, u: Vec2) -> Vec3 {
@@ -94,11 +91,10 @@ fn alpha_at(i: usize) -> f32 {
     (root + node(i, ROUGHNESSES) * (1.0 - root)).powi(2)
 }
 
-/// D / (4 cos θₒ (1 + Λ + Λ)): the lobe times cos θᵢ.
-fn white(wo: Vec3, wi: Vec3, h: Vec3, alpha: f32) -> f32 {
-    let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
-    let d = (2.0 + 1.0 / alpha) * sin2.powf(0.5 / alpha) / TAU;
-    d / (4.0 * wo.z.max(TINY) * (1.0 + lambda(wo.z, alpha) + lambda(wi.z, alpha)))
+/// D / (4 cos θₒ (1 + Λ + Λ)): the lobe times cos θᵢ. `sin2` is that of the angle between h and the normal.
+fn white(cos_o: f32, sin2: f32, lambdas: f32, alpha: f32) -> f32 {
+    let d = (2.0 + 1.0 / alpha) * sin2.min(1.0).powf(0.5 / alpha) / TAU;
+    d / (4.0 * cos_o.max(TINY) * (1.0 + lambdas))
 }
 
 /// Estevez and Kulla 2017, eq. 3 and table 1.
@@ -112,23 +108,27 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
     exponent.exp()
 }
 
-/// E(μ, α), by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon.
-fn integrate(mu: f32, alpha: f32) -> f32 {
-    const N: u32 = 96;
-    let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu);
-    let mut sum = 0.0;
-    for i in 0..N {
-        let s = (i as f32 + 0.5) / N as f32;
-        let z = s * s; // dz = 2 s ds
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        for j in 0..N {
-            let t = (j as f32 + 0.5) / N as f32;
-            let phi = std::f32::consts::PI * t * t; // dφ = 2π t dt, of the half turn
-            let wi = Vec3::new(r * phi.cos(), r * phi.sin(), z);
-            if let Some(h) = (wo + wi).try_normalize() {
-                sum += white(wo, wi, h, alpha) * s * t;
+/// E(μ, α) for all μ, by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon.
+fn row(alpha: f32) -> [f32; COSINES] {
+    const N: usize = 96;
+    let middle = |i: usize| (i as f32 + 0.5) / N as f32;
+    let incident: [_; N] = std::array::from_fn(|i| {
+        let z = middle(i).powi(2); // dz = 2 s ds
+        (z, (1.0 - z * z).max(0.0).sqrt(), lambda(z, alpha))
+    });
+    let cos_phi: [_; N] = std::array::from_fn(|j| (std::f32::consts::PI * middle(j).powi(2)).cos()); // dφ = 2π t dt, of the half turn
+    std::array::from_fn(|k| {
+        let mu = node(k, COSINES).powi(2).max(TINY);
+        let (sin_o, lambda_o) = (((1.0 - mu) * (1.0 + mu)).sqrt(), lambda(mu, alpha));
+        let mut sum = 0.0;
+        for (i, &(z, r, lambda_i)) in incident.iter().enumerate() {
+            for (j, cos_phi) in cos_phi.iter().enumerate() {
+                let across = sin_o * sin_o + 2.0 * sin_o * r * cos_phi + r * r; // of wo + wi
+                let along = (mu + z) * (mu + z);
+                let value = white(mu, across / (across + along), lambda_o + lambda_i, alpha);
+                sum += value * middle(i) * middle(j);
             }
         }
-    }
-    sum * 4.0 * TAU / (N * N) as f32
+        sum * 4.0 * TAU / (N * N) as f32
+    })
 }

@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Side, SurfacePoint, alpha, mapped_normal, shading_frame};
+use super::{Side, SurfacePoint, alpha, mapped_normal, pair, shading_frame};
 use crate::{
     bsdf::{
         Base, Bsdf, Coat, Facets, Glass, Layered, Passage, Pbr, Reflectance, Sheen, ThinFilm,
@@ -44,8 +44,8 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
     let pbr = &material.pbr;
     let base_color =
         place.color(&ColorInput { factor: pbr.base_color.factor * place.tint, ..pbr.base_color });
-    let metallic = place.unit(&pbr.metallic);
-    let roughness = alpha(place.unit(&pbr.roughness));
+    let [metallic, roughness] = pair([&pbr.metallic, &pbr.roughness], place.textures, &point.uvs);
+    let roughness = alpha(roughness);
     let ior = index_at(material, place.wavelength);
     let curve = specular(material, ior, place);
     // Inside a medium what lies on the outside is not met.
@@ -121,6 +121,7 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
         coat,
         base_frame: apart.then(|| within(base_frame)),
         coat_frame,
+        seen: None,
     };
     (Bsdf::Layered(Box::new(layered)), outer)
 }

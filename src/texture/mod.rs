@@ -58,14 +58,14 @@ impl Textures {
         let shifted = if nearest { position } else { position - 0.5 };
         let (x, fx) = floor(shifted.x);
         let (y, fy) = floor(shifted.y);
-        let columns = [x, x.saturating_add(1)].map(|x| wrap(texture.wrap_u, x, width) as usize);
-        let rows =
-            [y, y.saturating_add(1)].map(|y| wrap(texture.wrap_v, y, height) as usize * width as usize);
+        let left = wrap(texture.wrap_u, x, width) as usize;
+        let above = wrap(texture.wrap_v, y, height) as usize * width as usize;
         let corners = if nearest {
-            Corners { at: [rows[0] + columns[0]; 4], fx: 0.0, fy: 0.0 }
+            Corners { at: [above + left; 4], fx: 0.0, fy: 0.0 }
         } else {
-            let [above, below] = rows.map(|row| columns.map(|column| row + column));
-            Corners { at: [above[0], above[1], below[0], below[1]], fx, fy }
+            let right = wrap(texture.wrap_u, x.saturating_add(1), width) as usize;
+            let below = wrap(texture.wrap_v, y.saturating_add(1), height) as usize * width as usize;
+            Corners { at: [above + left, above + right, below + left, below + right], fx, fy }
         };
         match (&image.texels, texture.color_space) {
             (Texels::Rgba8(t), ColorSpace::Srgb) => corners.blend(|i| {
