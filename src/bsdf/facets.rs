@@ -12,16 +12,15 @@ use glam::{Vec2, Vec3};
 use super::albedo::Albedo;
 use super::anisotropic::AnisotropicGgx;
 use super::fresnel::{DielectricFresnel, LayerCurve, SCHLICK_AVERAGE, refract, schlick_weight};
-use super::ggx::visible_normal_at;
 use super::glass_albedo::glass_albedo;
 use super::layer_albedo::Layer;
 use super::reflect_about;
-use super::table::{Point, cell, lattice, node};
+use super::table::{Lattice, Mirrored, cell, node};
 use super::thin_film::ThinFilm;
 
-/// Of the Fibonacci lattice over the visible normals: how many, and the step.
-const LATTICE: [u32; 2] = [89, 55];
-static POINTS: LazyLock<Vec<Point>> = LazyLock::new(|| lattice(LATTICE, 1.0));
+/// Over the visible normals.
+static LATTICE: LazyLock<Lattice<96>> = LazyLock::new(|| Lattice::new([POINTS, 55], 1.0));
+const POINTS: u32 = 89;
 /// A film's fringes are wider than this resolves up to 2 µm; averages do not show narrower ones.
 const FILM_NODES: usize = 16;
 /// As sharp as directions in f32 can be told apart.
@@ -69,12 +68,20 @@ impl Reflectance {
         Some(std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2))))
     }
 
-    /// As [`at`](Self::at), but of a film interpolated.
-    fn roughly_at(&self, nodes: Option<&[Vec3; FILM_NODES]>, cos: f32) -> Vec3 {
-        let bare = self.bare(cos);
-        let (Some(film), Some(nodes)) = (&self.film, nodes) else { return bare };
-        let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
-        bare.lerp(nodes[k].lerp(nodes[k + 1], t), film.weight)
+    /// The average over normals of what they mirror: its albedo, but for further bounces.
+    fn single<const N: usize>(&self, mirrored: &Mirrored<N>, white: f32) -> Vec3 {
+        let weight = match &self.rise {
+            Rise::Schlick => mirrored.average(schlick_weight),
+            Rise::Dielectric(layer) => mirrored.average(|cos| layer.rise.at(cos)),
+        };
+        let bare = self.f0 * white + (self.f90 - self.f0) * weight;
+        let (Some(film), Some(nodes)) = (&self.film, self.film_nodes()) else { return bare };
+        let mut filmed = Vec3::ZERO;
+        for (&kept, &cos) in mirrored.kept.iter().zip(&mirrored.cos) {
+            let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
+            filmed += kept * nodes[k].lerp(nodes[k + 1], t);
+        }
+        bare.lerp(filmed / POINTS as f32, film.weight)
     }
 
     fn bare(&self, cos: f32) -> Vec3 {
@@ -173,25 +180,14 @@ impl Facets {
             });
             return (albedo.white, weighed);
         }
-        let mut white = 0.0;
-        let mut single = [Vec3::ZERO; 2];
-        let films = curves.map(|curve| curve.and_then(Reflectance::film_nodes));
-        for h in self.normals(wo) {
-            let wi = reflect_about(wo, h);
-            if wi.z > 0.0 {
-                let kept = self.ggx.g2_over_g1(wo, wi);
-                white += kept;
-                for k in 0..2 {
-                    if let Some(curve) = curves[k] {
-                        single[k] += kept * curve.roughly_at(films[k].as_ref(), wo.dot(h));
-                    }
-                }
-            }
-        }
-        let n = LATTICE[0] as f32;
-        let white = (white / n).clamp(0.01, 1.0);
-        let weigh = |k: usize| curves[k].map_or(Weighed::default(), |c| boosted(c, white, single[k] / n));
-        (white, [weigh(0), weigh(1)])
+        let mirrored = LATTICE.mirror(self.ggx.alpha, wo);
+        let white = mirrored.white();
+        let weighed = curves.map(|curve| {
+            curve.map_or(Weighed::default(), |c| {
+                boosted(c, white.clamp(0.01, 1.0), c.single(&mirrored, white))
+            })
+        });
+        (white.clamp(0.01, 1.0), weighed)
     }
 
     /// The share of light along `wo` that one bounce at a boundary leaves, reflected and refracted together: that of the
@@ -204,7 +200,7 @@ impl Facets {
             return glass_albedo(DielectricFresnel::Exact, wo.z, self.ggx.alpha.x, eta);
         }
         let mut kept = Vec3::ZERO;
-        for h in self.normals(wo) {
+        for h in LATTICE.normals(self.ggx.alpha, wo) {
             let wo_h = wo.dot(h);
             let (r, cos_t) = reflectance.at_boundary(wo_h, eta);
             let (reflected, refracted) = (reflect_about(wo, h), refract(wo, h, wo_h, cos_t, eta));
@@ -215,12 +211,7 @@ impl Facets {
                 kept += (1.0 - r) * self.ggx.g2_over_g1(wo, refracted);
             }
         }
-        (kept.max_element() / LATTICE[0] as f32).clamp(0.01, 1.0)
-    }
-
-    fn normals(&self, wo: Vec3) -> impl Iterator<Item = Vec3> {
-        let alpha = self.ggx.alpha;
-        POINTS.iter().map(move |&(polar, azimuth)| visible_normal_at(alpha, wo, polar, azimuth))
+        (kept.max_element() / POINTS as f32).clamp(0.01, 1.0)
     }
 }
 

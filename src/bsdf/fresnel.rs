@@ -88,10 +88,10 @@ impl LayerCurve {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DielectricRise {
     /// η² − 1
-    pub(super) eta2_minus_1: f32,
-    pub(super) r0: f32,
+    eta2_minus_1: f32,
+    r0: f32,
     /// 1 / (1 − R₀)
-    pub(super) scale: f32,
+    scale: f32,
 }
 
 impl DielectricRise {

@@ -21,7 +21,7 @@ use std::{f32::consts::TAU, sync::LazyLock};
 
 use glam::{Vec2, Vec3};
 
-use super::table::{cell, node};
+use super::table::{cell, gauss_legendre, node};
 
 const ROUGHNESSES: usize = 32;
 const COSINES: usize = 64;
@@ -36,8 +36,10 @@ pub struct Sheen {
 }
 
 /// E by √α, then by √μ.
-static TABLE: LazyLock<Vec<[f32; COSINES]>> =
-    LazyLock::new(|| (0..ROUGHNESSES).map(|i| row(alpha_at(i))).collect());
+static TABLE: LazyLock<Vec<[f32; COSINES]>> = LazyLock::new(|| {
+    let rule = gauss_legendre::<20>();
+    (0..ROUGHNESSES).map(|i| row(&rule, alpha_at(i))).collect()
+});
 
 impl Sheen {
     /// `None` where there is none.
@@ -108,27 +110,48 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
     exponent.exp()
 }
 
-/// E(μ, α) for all μ, by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon.
-fn row(alpha: f32) -> [f32; COSINES] {
-    const N: usize = 96;
-    let middle = |i: usize| (i as f32 + 0.5) / N as f32;
-    let incident: [_; N] = std::array::from_fn(|i| {
-        let z = middle(i).powi(2); // dz = 2 s ds
-        (z, (1.0 - z * z).max(0.0).sqrt(), lambda(z, alpha))
-    });
-    let cos_phi: [_; N] = std::array::from_fn(|j| (std::f32::consts::PI * middle(j).powi(2)).cos()); // dφ = 2π t dt, of the half turn
+/// E(μ, α) for all μ, by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon. In s and t it is smooth,
+/// and the rule within 0.02 %.
+fn row(rule: &[(f32, f32)], alpha: f32) -> [f32; COSINES] {
+    // cos θᵢ = s², φ = π t² of the half turn; the weights are those of s ds and t dt
+    let incident: Vec<_> = rule.iter().map(|(s, weight)| (s * s, lambda(s * s, alpha), s * weight)).collect();
+    let azimuths: Vec<_> =
+        rule.iter().map(|(t, weight)| ((std::f32::consts::PI * t * t).cos(), t * weight)).collect();
     std::array::from_fn(|k| {
         let mu = node(k, COSINES).powi(2).max(TINY);
         let (sin_o, lambda_o) = (((1.0 - mu) * (1.0 + mu)).sqrt(), lambda(mu, alpha));
         let mut sum = 0.0;
-        for (i, &(z, r, lambda_i)) in incident.iter().enumerate() {
-            for (j, cos_phi) in cos_phi.iter().enumerate() {
-                let across = sin_o * sin_o + 2.0 * sin_o * r * cos_phi + r * r; // of wo + wi
-                let along = (mu + z) * (mu + z);
-                let value = white(mu, across / (across + along), lambda_o + lambda_i, alpha);
-                sum += value * middle(i) * middle(j);
+        for &(z, lambda_i, ds) in &incident {
+            let sin_i = ((1.0 - z) * (1.0 + z)).sqrt();
+            let along = (mu + z) * (mu + z); // of wo + wi
+            for (cos_phi, dt) in &azimuths {
+                let across = sin_o * sin_o + 2.0 * sin_o * sin_i * cos_phi + sin_i * sin_i;
+                sum += white(mu, across / (across + along), lambda_o + lambda_i, alpha) * ds * dt;
             }
         }
-        sum * 4.0 * TAU / (N * N) as f32
+        sum * 4.0 * TAU
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a plain sum over many directions.
+    #[test]
+    fn table_holds_the_integral() {
+        for (alpha, mu) in [(0.25, 0.1f32), (0.25, 0.9), (1.0, 0.5), (0.04, 0.2)] {
+            const N: u32 = 400;
+            let wo = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+            let lobe = Sheen { color: Vec3::ONE, alpha };
+            let mut sum = 0.0;
+            for i in 0..N * N {
+                let [x, y] = [i % N, i / N].map(|k| (k as f32 + 0.5) / N as f32);
+                sum += f64::from(lobe.eval(wo, lobe.sample(Vec2::new(x, 0.5 * y))).x);
+            }
+            let integral = (sum / f64::from(N * N)) as f32 * TAU;
+            let expected = tabulated(mu, alpha).min(1.0);
+            assert!((integral - expected).abs() < 2e-3, "{alpha}, {mu}: {integral}, {expected}");
+        }
+    }
 }

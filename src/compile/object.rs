@@ -1,6 +1,6 @@
 //! What the tree's objects are made of: shape, placement, materials, and which light each part of them is.
 
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 
 use crate::{
     material::{self, Needs},
@@ -26,9 +26,15 @@ impl Placement {
     }
 
     /// A normal by the inverse transpose: outward stays outward, under mirroring too.
+    #[inline]
     pub fn normal(&self, n: Vec3) -> Option<Vec3> {
-        let m = &self.normals;
-        Vec3::from(m.x_axis * n.x + m.y_axis * n.y + m.z_axis * n.z).try_normalize()
+        self.turned(n).try_normalize()
+    }
+
+    /// The same, not of unit length.
+    #[inline]
+    pub fn turned(&self, n: Vec3) -> Vec3 {
+        Vec3::from(self.normals * Vec3A::from(n))
     }
 }
 

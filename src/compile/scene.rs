@@ -104,6 +104,26 @@ impl Scene {
         *object.materials.get(slot).unwrap_or(&object.materials[0])
     }
 
+    /// Whether the camera sees a hit: backs of single-sided surfaces it does not.
+    pub fn shows(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.material(hit).double_sided || ray.direction.dot(self.normal(ray, hit)) <= 0.0
+    }
+
+    /// Geometric normal: outward, of any length.
+    fn normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        match &self.objects[hit.object as usize].kind {
+            ObjectKind::Instance { mesh, placement } => {
+                let mesh = &self.meshes[mesh.index()];
+                let [i, j, k] = mesh.triangles[hit.primitive as usize];
+                let positions = &mesh.positions;
+                let p0 = positions[i as usize];
+                placement.turned((positions[j as usize] - p0).cross(positions[k as usize] - p0))
+            }
+            ObjectKind::Sphere { center, .. } => ray.at(hit.t) - center,
+            ObjectKind::Quad { normal, .. } => *normal,
+        }
+    }
+
     /// The light that a hit primitive is, if it is one.
     pub fn emitter(&self, hit: &Hit) -> Option<u32> {
         self.objects[hit.object as usize].emitter(hit.primitive)

@@ -105,12 +105,15 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
         z: outer.to_local(frame.z),
     };
     let coat_frame = coat_map.map(|map| within(shading_frame(point, Some(map), wo, Side::Glossy).0));
+    let metal = match metallic > 0.0 {
+        true => facets.prepare(Reflectance::metal(base_color, film(base_color))),
+        false => Reflectance::metal(base_color, None),
+    };
     let layered = Layered {
         base: Base {
             facets,
             metallic,
-            metal: facets
-                .prepare(Reflectance::metal(base_color, film(base_color).filter(|_| metallic > 0.0))),
+            metal,
             dielectric,
             diffuse: (1.0 - backlit) * base_color,
             backlit: backlit_color,
