@@ -25,16 +25,10 @@ impl Placement {
         Self { to_world, to_object, handedness, normals: to_object.matrix3.transpose() }
     }
 
-    /// A normal by the inverse transpose: outward stays outward, under mirroring too.
+    /// A normal by the inverse transpose, not of unit length: outward stays outward, under mirroring too.
     #[inline]
-    pub fn normal(&self, n: Vec3) -> Option<Vec3> {
-        self.turned(n).try_normalize()
-    }
-
-    /// The same, not of unit length.
-    #[inline]
-    pub fn turned(&self, n: Vec3) -> Vec3 {
-        Vec3::from(self.normals * Vec3A::from(n))
+    pub fn normal(&self, n: Vec3A) -> Vec3A {
+        self.normals * n
     }
 }
 

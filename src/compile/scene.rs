@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec3A, Vec4};
 use serde::Serialize;
 
 use super::object::{Object, ObjectKind, Placement};
@@ -117,7 +117,8 @@ impl Scene {
                 let [i, j, k] = mesh.triangles[hit.primitive as usize];
                 let positions = &mesh.positions;
                 let p0 = positions[i as usize];
-                placement.turned((positions[j as usize] - p0).cross(positions[k as usize] - p0))
+                let n = (positions[j as usize] - p0).cross(positions[k as usize] - p0);
+                placement.normal(n.into()).into()
             }
             ObjectKind::Sphere { center, .. } => ray.at(hit.t) - center,
             ObjectKind::Quad { normal, .. } => *normal,
@@ -247,33 +248,50 @@ fn plain_point(position: Vec3, error: Vec3, n: Vec3, east: Option<Vec3>, uv: Vec
 }
 
 fn mesh_point(mesh: &Mesh, placement: &Placement, hit: &Hit, needs: Needs) -> SurfacePoint {
+    let Placement { to_world, to_object, handedness, .. } = placement;
     let corners = mesh.triangles[hit.primitive as usize];
     let [i, j, k] = [corners[0] as usize, corners[1] as usize, corners[2] as usize];
-    let (p0, p1, p2) = (mesh.positions[i], mesh.positions[j], mesh.positions[k]);
+    let at = |i: usize| Vec3A::from(mesh.positions[i]);
+    let (p0, p1, p2) = (at(i), at(j), at(k));
     let b = Vec2::new(hit.u, hit.v);
     let b0 = 1.0 - b.x - b.y;
     let local = b0 * p0 + b.x * p1 + b.y * p2;
-    let position = placement.to_world.transform_point3(local);
     let error = offset::triangle_error([p0, p1, p2], b.x, b.y);
-    let error = offset::instance_error(&placement.to_world, &placement.to_object, local, error);
-    let ng = placement.normal((p1 - p0).cross(p2 - p0)).unwrap_or(Vec3::Y);
+    let error = offset::instance_error(to_world, to_object, local, error);
+    let ng = unit(placement.normal((p1 - p0).cross(p2 - p0))).unwrap_or(Vec3A::Y);
     let ns = match &mesh.normals[..] {
         [] => ng,
-        n => placement.normal(b0 * n[i] + b.x * n[j] + b.y * n[k]).unwrap_or(ng),
+        n => {
+            let n = b0 * Vec3A::from(n[i]) + b.x * Vec3A::from(n[j]) + b.y * Vec3A::from(n[k]);
+            unit(placement.normal(n)).unwrap_or(ng)
+        }
     };
     let ns = if ns.dot(ng) < 0.0 { -ns } else { ns };
     let uvs = if needs.uvs { mesh.uvs_at(corners, b) } else { [Vec2::ZERO; 2] };
     let tangent = || {
         let tangent = match &mesh.tangents[..] {
-            [] => flat_tangent(mesh, corners, [p0, p1, p2]),
+            [] => flat_tangent(mesh, corners, [p0.into(), p1.into(), p2.into()]),
             t => b0 * t[i] + b.x * t[j] + b.y * t[k],
         };
-        let direction = placement.to_world.transform_vector3(tangent.truncate()).normalize_or_zero();
-        direction.extend(placement.handedness * tangent.w.signum())
+        let direction = unit(to_world.transform_vector3a(Vec3A::from_vec4(tangent))).unwrap_or(Vec3A::ZERO);
+        direction.extend(handedness * tangent.w.signum())
     };
-    let tangent = if needs.tangent { tangent() } else { Vec4::ZERO };
-    let color = if needs.color { mesh.color_at(corners, b) } else { Vec4::ONE };
-    SurfacePoint { position, error, ng, ns, tangent, uvs, color }
+    SurfacePoint {
+        position: to_world.transform_point3a(local).into(),
+        error: error.into(),
+        ng: ng.into(),
+        ns: ns.into(),
+        tangent: if needs.tangent { tangent() } else { Vec4::ZERO },
+        uvs,
+        color: if needs.color { mesh.color_at(corners, b) } else { Vec4::ONE },
+    }
+}
+
+/// `v` of length 1, unless it is too short or too long to tell.
+#[inline(always)]
+fn unit(v: Vec3A) -> Option<Vec3A> {
+    let square = v.length_squared();
+    (square > 0.0 && square < f32::INFINITY).then(|| v * (1.0 / square.sqrt()))
 }
 
 /// ∂p/∂u of the triangle, and the sign that makes the bitangent point where v falls (up in the picture); zero where the

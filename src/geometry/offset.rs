@@ -20,10 +20,9 @@ pub const fn gamma(n: u32) -> f32 {
 
 /// Of b₀p₀ + b₁p₁ + b₂p₂ with b₀ = 1 − b₁ − b₂; `u`, `v` are b₁, b₂. In the space of the vertices.
 #[inline]
-pub fn triangle_error([p0, p1, p2]: [Vec3; 3], u: f32, v: f32) -> Vec3 {
-    let (p0, p1, p2) = (Vec3A::from(p0), Vec3A::from(p1), Vec3A::from(p2));
+pub fn triangle_error([p0, p1, p2]: [Vec3A; 3], u: f32, v: f32) -> Vec3A {
     let sum = (1.0 - u - v).abs() * p0.abs() + u.abs() * p1.abs() + v.abs() * p2.abs();
-    Vec3::from(gamma(7) * sum + triangle_test_error([p0, p1, p2]))
+    gamma(7) * sum + triangle_test_error([p0, p1, p2])
 }
 
 /// The next ray is tested in coordinates relative to its origin, so its t has an error of the size of the triangle, which
@@ -46,12 +45,11 @@ pub fn quad_error(origin: Vec3, u: Vec3, v: Vec3, a: f32, b: f32) -> Vec3 {
 /// Of the point `p`, itself off by `error`, when an instance takes it to the world, and of the next ray's origin when it
 /// comes back to be tested in the instance's space. `to_object` is the inverse of `to_world`.
 #[inline]
-pub fn instance_error(to_world: &Affine3A, to_object: &Affine3A, p: Vec3, error: Vec3) -> Vec3 {
-    let (p, error) = (Vec3A::from(p), Vec3A::from(error));
+pub fn instance_error(to_world: &Affine3A, to_object: &Affine3A, p: Vec3A, error: Vec3A) -> Vec3A {
     let world = to_world.transform_point3a(p);
     let back = absolute(to_object) * world.abs() + to_object.translation.abs();
     let object = (1.0 + gamma(3)) * error + gamma(4) * back + gamma(3) * p.abs();
-    Vec3::from(absolute(to_world) * object + gamma(3) * to_world.translation.abs())
+    absolute(to_world) * object + gamma(3) * to_world.translation.abs()
 }
 
 /// |M|, M the linear part.
@@ -89,6 +87,10 @@ mod tests {
     use proptest::prelude::*;
 
     use crate::sampling::warp::uniform_sphere;
+
+    fn triangle_error(corners: [Vec3; 3], u: f32, v: f32) -> Vec3 {
+        super::triangle_error(corners.map(Vec3A::from), u, v).into()
+    }
 
     fn unit() -> impl Strategy<Value = Vec3> {
         (0f32..1.0, 0f32..1.0).prop_map(|(a, b)| uniform_sphere(Vec2::new(a, b)))
@@ -186,7 +188,8 @@ mod tests {
                 scale, Quat::from_axis_angle(axis, angle), place * distance);
             let to_object = to_world.inverse();
             let p = (1.0 - u - v) * corners[0] + u * corners[1] + v * corners[2];
-            let error = instance_error(&to_world, &to_object, p, triangle_error(corners, u, v));
+            let error = triangle_error(corners, u, v);
+            let error = Vec3::from(instance_error(&to_world, &to_object, p.into(), error.into()));
             let p = to_world.transform_point3(p);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             let ng = Vec3::from(to_object.matrix3.transpose() * glam::Vec3A::from(normal)).normalize();
