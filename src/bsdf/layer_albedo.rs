@@ -128,7 +128,7 @@ fn residues(curves: &[[f32; INDICES]; ANGLES], mu: f32, alpha: f32) -> [f32; IND
     }
     gather(mu, -1.0);
     let mut residues = [0.0; INDICES];
-    for (weight, curve) in by_angle.iter().zip(curves) {
+    for (weight, curve) in by_angle.iter().zip(curves).filter(|(weight, _)| **weight != 0.0) {
         for k in 0..INDICES {
             residues[k] += weight * curve[k];
         }
