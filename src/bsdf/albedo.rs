@@ -18,9 +18,7 @@ use std::sync::LazyLock;
 use glam::Vec2;
 
 use super::fresnel::schlick_weight;
-use super::ggx::Ggx;
-use super::reflect_about;
-use super::table::{average_over_normals, cell, node};
+use super::table::{cell, mirrored, node};
 
 const ROUGHNESSES: usize = 32;
 const COSINES: usize = 32;
@@ -92,10 +90,6 @@ impl Table {
 
 /// (E, B), as averages of G₂/G₁ over the visible normals.
 fn integrate(mu: f32, alpha: f32) -> Vec2 {
-    let ggx = Ggx { alpha };
-    average_over_normals(ggx, mu, |wo, h| {
-        let wi = reflect_about(wo, h);
-        let kept = if wi.z > 0.0 { ggx.g2_over_g1(wo, wi) } else { 0.0 };
-        kept * Vec2::new(1.0, schlick_weight(wo.dot(h)))
-    })
+    let mirrored = mirrored(alpha, mu);
+    Vec2::new(mirrored.white(), mirrored.average(schlick_weight))
 }

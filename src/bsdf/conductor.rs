@@ -28,6 +28,8 @@ const MIN_ALPHA: f32 = 1e-3;
 pub struct Conductor {
     ggx: Ggx,
     specular: Specular,
+    /// The direction it was [prepared](Self::prepare) for, or zero, and the factor for multiple scattering there.
+    seen: (Vec3, Vec3),
 }
 
 impl Conductor {
@@ -38,7 +40,14 @@ impl Conductor {
         }
         let ggx = Ggx { alpha: alpha.min(1.0) };
         let specular = Specular::new(curve.f0, curve.f90, SCHLICK_AVERAGE, ggx.alpha, multiscatter);
-        Bsdf::Conductor(Self { ggx, specular })
+        Bsdf::Conductor(Self { ggx, specular, seen: (Vec3::ZERO, Vec3::ONE) })
+    }
+
+    /// See [`Bsdf::prepare`].
+    pub fn prepare(&mut self, wo: Vec3) {
+        if wo.z > 0.0 {
+            self.seen = (wo, self.boost(wo));
+        }
     }
 
     pub fn alpha(&self) -> f32 {
@@ -72,11 +81,15 @@ impl Conductor {
     }
 
     fn reflectance(&self, wo: Vec3, h: Vec3) -> Vec3 {
-        let single = self.specular.at(schlick_weight(wo.dot(h)));
+        let boost = if self.seen.0 == wo { self.seen.1 } else { self.boost(wo) };
+        boost * self.specular.at(schlick_weight(wo.dot(h)))
+    }
+
+    fn boost(&self, wo: Vec3) -> Vec3 {
         if self.specular.is_single_scattering() {
-            single
+            Vec3::ONE
         } else {
-            single * self.specular.boost(Albedo::at(wo.z, self.ggx.alpha).white)
+            self.specular.boost(Albedo::at(wo.z, self.ggx.alpha).white)
         }
     }
 }

@@ -5,6 +5,8 @@
 //! what the layer leaves to its base, come from the tables where facets are alike in all directions and
 //! the curve is one of theirs; else from a quadrature over visible normals on the spot, within 1 %.
 
+use std::sync::LazyLock;
+
 use glam::{Vec2, Vec3};
 
 use super::albedo::Albedo;
@@ -13,11 +15,12 @@ use super::fresnel::{DielectricFresnel, LayerCurve, SCHLICK_AVERAGE, refract, sc
 use super::glass_albedo::glass_albedo;
 use super::layer_albedo::Layer;
 use super::reflect_about;
-use super::table::{cell, node};
+use super::table::{Lattice, Mirrored, cell, node};
 use super::thin_film::ThinFilm;
 
-/// Points of the Fibonacci lattice over the visible normals.
-const LATTICE: [u32; 2] = [89, 55];
+/// Over the visible normals.
+static LATTICE: LazyLock<Lattice<96>> = LazyLock::new(|| Lattice::new([POINTS, 55], 1.0));
+const POINTS: u32 = 89;
 /// A film's fringes are wider than this resolves up to 2 µm; averages do not show narrower ones.
 const FILM_NODES: usize = 16;
 /// As sharp as directions in f32 can be told apart.
@@ -37,8 +40,6 @@ pub struct Reflectance {
     f90: Vec3,
     rise: Rise,
     pub film: Option<ThinFilm>,
-    /// What the film reflects at cos θ = (k / (n − 1))², for averages over many normals.
-    film_table: [Vec3; FILM_NODES],
     /// F_ms; zero where multiple scattering is left out.
     multiple: Vec3,
 }
@@ -54,22 +55,33 @@ impl Reflectance {
     }
 
     fn new(f0: Vec3, f90: Vec3, rise: Rise, film: Option<ThinFilm>) -> Self {
-        let film_table = film.as_ref().map_or([Vec3::ZERO; FILM_NODES], |film| {
-            std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2)))
-        });
-        Self { f0, f90, rise, film, film_table, multiple: Vec3::ZERO }
+        Self { f0, f90, rise, film, multiple: Vec3::ZERO }
     }
 
     pub fn at(&self, cos: f32) -> Vec3 {
         self.filmed(self.bare(cos), cos)
     }
 
-    /// As [`at`](Self::at), but of a film interpolated.
-    fn roughly_at(&self, cos: f32) -> Vec3 {
-        let bare = self.bare(cos);
-        let Some(film) = &self.film else { return bare };
-        let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
-        bare.lerp(self.film_table[k].lerp(self.film_table[k + 1], t), film.weight)
+    /// What the film reflects at cos θ = (k / (n − 1))², for averages over many normals.
+    fn film_nodes(&self) -> Option<[Vec3; FILM_NODES]> {
+        let film = self.film.as_ref()?;
+        Some(std::array::from_fn(|k| film.reflectance(node(k, FILM_NODES).powi(2))))
+    }
+
+    /// The average over normals of what they mirror: its albedo, but for further bounces.
+    fn single<const N: usize>(&self, mirrored: &Mirrored<N>, white: f32) -> Vec3 {
+        let weight = match &self.rise {
+            Rise::Schlick => mirrored.average(schlick_weight),
+            Rise::Dielectric(layer) => mirrored.average(|cos| layer.rise.at(cos)),
+        };
+        let bare = self.f0 * white + (self.f90 - self.f0) * weight;
+        let (Some(film), Some(nodes)) = (&self.film, self.film_nodes()) else { return bare };
+        let mut filmed = Vec3::ZERO;
+        for (&kept, &cos) in mirrored.kept.iter().zip(&mirrored.cos) {
+            let (k, t) = cell(cos.clamp(0.0, 1.0).sqrt(), FILM_NODES);
+            filmed += kept * nodes[k].lerp(nodes[k + 1], t);
+        }
+        bare.lerp(filmed / POINTS as f32, film.weight)
     }
 
     fn bare(&self, cos: f32) -> Vec3 {
@@ -168,24 +180,14 @@ impl Facets {
             });
             return (albedo.white, weighed);
         }
-        let mut white = 0.0;
-        let mut single = [Vec3::ZERO; 2];
-        for h in self.normals(wo) {
-            let wi = reflect_about(wo, h);
-            if wi.z > 0.0 {
-                let kept = self.ggx.g2_over_g1(wo, wi);
-                white += kept;
-                for (sum, curve) in single.iter_mut().zip(&curves) {
-                    if let Some(curve) = curve {
-                        *sum += kept * curve.roughly_at(wo.dot(h));
-                    }
-                }
-            }
-        }
-        let n = LATTICE[0] as f32;
-        let white = (white / n).clamp(0.01, 1.0);
-        let weigh = |k: usize| curves[k].map_or(Weighed::default(), |c| boosted(c, white, single[k] / n));
-        (white, [weigh(0), weigh(1)])
+        let mirrored = LATTICE.mirror(self.ggx.alpha, wo);
+        let white = mirrored.white();
+        let weighed = curves.map(|curve| {
+            curve.map_or(Weighed::default(), |c| {
+                boosted(c, white.clamp(0.01, 1.0), c.single(&mirrored, white))
+            })
+        });
+        (white.clamp(0.01, 1.0), weighed)
     }
 
     /// The share of light along `wo` that one bounce at a boundary leaves, reflected and refracted together: that of the
@@ -198,7 +200,7 @@ impl Facets {
             return glass_albedo(DielectricFresnel::Exact, wo.z, self.ggx.alpha.x, eta);
         }
         let mut kept = Vec3::ZERO;
-        for h in self.normals(wo) {
+        for h in LATTICE.normals(self.ggx.alpha, wo) {
             let wo_h = wo.dot(h);
             let (r, cos_t) = reflectance.at_boundary(wo_h, eta);
             let (reflected, refracted) = (reflect_about(wo, h), refract(wo, h, wo_h, cos_t, eta));
@@ -209,15 +211,7 @@ impl Facets {
                 kept += (1.0 - r) * self.ggx.g2_over_g1(wo, refracted);
             }
         }
-        (kept.max_element() / LATTICE[0] as f32).clamp(0.01, 1.0)
-    }
-
-    fn normals(&self, wo: Vec3) -> impl Iterator<Item = Vec3> {
-        let (ggx, [n, step]) = (self.ggx, LATTICE);
-        (0..n).map(move |i| {
-            let polar = (i as f32 + 0.5) / n as f32;
-            ggx.sample_normal(wo, Vec2::new(polar, ((i * step % n) as f32 + 0.25) / n as f32))
-        })
+        (kept.max_element() / POINTS as f32).clamp(0.01, 1.0)
     }
 }
 

@@ -27,6 +27,7 @@ pub const SCHLICK_AVERAGE: f32 = 1.0 / 21.0;
 const MAX_LAYER_IOR: f32 = 1e4;
 
 /// (1 − cos θ)⁵
+#[inline]
 pub fn schlick_weight(cos: f32) -> f32 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     (m * m) * (m * m) * m
@@ -49,6 +50,7 @@ impl SchlickCurve {
         Self { f0: color, f90: color }
     }
 
+    #[inline]
     pub fn at(&self, cos: f32) -> Vec3 {
         self.f0 + (self.f90 - self.f0) * schlick_weight(cos)
     }
@@ -74,6 +76,11 @@ impl LayerCurve {
     pub fn dielectric(ior: f32) -> Self {
         let rise = DielectricRise::new(ior);
         Self { f0: Vec3::splat(rise.r0), f90: Vec3::ONE, rise }
+    }
+
+    #[inline]
+    pub fn at(&self, cos: f32) -> Vec3 {
+        self.f0 + (self.f90 - self.f0) * self.rise.at(cos)
     }
 }
 
@@ -103,6 +110,7 @@ impl DielectricRise {
 
     /// w, by the form of the equations that needs no refracted angle (Cook and Torrance 1982): with c = cos θ and
     /// g = η cos θₜ, R = ½ ((g − c)/(g + c))² (1 + ((c(g + c) − 1)/(c(g − c) + 1))²).
+    #[inline]
     pub fn at(self, cos: f32) -> f32 {
         let c = cos.clamp(f32::EPSILON, 1.0);
         let g = (self.eta2_minus_1 + c * c).sqrt();

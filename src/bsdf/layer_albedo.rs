@@ -15,13 +15,13 @@
 use std::sync::LazyLock;
 
 use super::fresnel::DielectricRise;
-use super::ggx::Ggx;
-use super::reflect_about;
-use super::table::{cell, node, visible_normals};
+use super::table::{cell, mirrored, node};
 
 const INDICES: usize = 32;
 const ROUGHNESSES: usize = 24;
 const COSINES: usize = 24;
+/// Between which w is interpolated, evenly in ⁴√cos θ.
+const ANGLES: usize = 256;
 /// For the averages, which are of one dimension only.
 const AVERAGES: usize = 64;
 /// The nodes at zero stand for the limit.
@@ -75,7 +75,7 @@ impl Layer {
 
 impl Table {
     fn new() -> Self {
-        let rises = std::array::from_fn(|k| rise_at(k, INDICES));
+        let curves = curves();
         let mut slabs = Box::new([[[0.0; COSINES]; ROUGHNESSES]; INDICES]);
         for i in 0..ROUGHNESSES {
             let r = node(i, ROUGHNESSES).max(TINY.sqrt());
@@ -83,7 +83,7 @@ impl Table {
                 let t = node(j, COSINES);
                 let root_mu = t * r / (1.0 + r - t);
                 let mu = (root_mu * root_mu).clamp(TINY, 1.0);
-                for (slab, residue) in slabs.iter_mut().zip(residues(&rises, mu, r * r)) {
+                for (slab, residue) in slabs.iter_mut().zip(residues(&curves, mu, r * r)) {
                     slab[i][j] = residue;
                 }
             }
@@ -98,22 +98,42 @@ fn rise_at(k: usize, n: usize) -> DielectricRise {
     DielectricRise::new((1.0 + contrast) / (1.0 - contrast))
 }
 
-/// B/E − w(μ) of each curve, B and E as averages of G₂/G₁ over the visible normals.
-fn residues(rises: &[DielectricRise; INDICES], mu: f32, alpha: f32) -> [f32; INDICES] {
-    let ggx = Ggx { alpha };
-    let (wo, normals) = visible_normals(ggx, mu);
-    let (mut white, mut grazing) = (0.0, [0.0; INDICES]);
-    for h in normals {
-        let wi = reflect_about(wo, h);
-        if wi.z > 0.0 {
-            let (kept, cos) = (ggx.g2_over_g1(wo, wi), wo.dot(h));
-            white += kept;
-            for (sum, rise) in grazing.iter_mut().zip(rises) {
-                *sum += kept * rise.at(cos);
-            }
+/// w of each index where cos θ is the fourth power of a node.
+fn curves() -> Box<[[f32; INDICES]; ANGLES]> {
+    let mut curves = Box::new([[0.0; INDICES]; ANGLES]);
+    for k in 0..INDICES {
+        let rise = rise_at(k, INDICES);
+        for (m, curve) in curves.iter_mut().enumerate() {
+            curve[k] = rise.at(node(m, ANGLES).powi(4));
         }
     }
-    std::array::from_fn(|k| grazing[k] / white - rises[k].at(mu))
+    curves
+}
+
+/// B/E − w(μ) of each curve, B and E as averages of G₂/G₁ over the visible normals. How much is kept at each angle is the same
+/// for all indices, and gathered first.
+fn residues(curves: &[[f32; INDICES]; ANGLES], mu: f32, alpha: f32) -> [f32; INDICES] {
+    let mirrored = mirrored(alpha, mu);
+    let mut by_angle = [0.0; ANGLES];
+    let mut gather = |cos: f32, weight: f32| {
+        let (m, t) = cell(cos.sqrt().sqrt(), ANGLES);
+        by_angle[m] += (1.0 - t) * weight;
+        by_angle[m + 1] += t * weight;
+    };
+    let white: f32 = mirrored.kept.iter().sum();
+    for (&kept, &cos) in mirrored.kept.iter().zip(&mirrored.cos) {
+        if kept > 0.0 {
+            gather(cos, kept / white);
+        }
+    }
+    gather(mu, -1.0);
+    let mut residues = [0.0; INDICES];
+    for (weight, curve) in by_angle.iter().zip(curves).filter(|(weight, _)| **weight != 0.0) {
+        for k in 0..INDICES {
+            residues[k] += weight * curve[k];
+        }
+    }
+    residues
 }
 
 /// w_avg, by the midpoints of √μ: the rise of an index near 1 is narrow.

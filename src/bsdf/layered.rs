@@ -85,6 +85,8 @@ pub struct Layered {
     /// Frames of the base and of the coat in that of the whole, where they have normals of their own.
     pub base_frame: Option<Frame>,
     pub coat_frame: Option<Frame>,
+    /// The direction it was [prepared](Self::prepare) for, and what was found.
+    pub seen: Option<(Vec3, Option<Seen>)>,
 }
 
 /// The order in which lobes are drawn.
@@ -103,7 +105,8 @@ const ORDER: [Lobe; LOBES] =
     [Lobe::Coat, Lobe::Sheen, Lobe::Facets, Lobe::Diffuse, Lobe::Backlit, Lobe::Wall, Lobe::Glass];
 
 /// What each lobe weighs, seen along one `wo`.
-struct Seen {
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
     /// `wo` in the frames of base and coat.
     base_wo: Vec3,
     coat_wo: Vec3,
@@ -125,14 +128,26 @@ struct Seen {
 impl Layered {
     /// BSDF × |cos θᵢ| and density of all lobes but deltas.
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        match self.seen(wo) {
-            Some(seen) => self.eval_pdf_seen(&seen, wi),
-            None => (Vec3::ZERO, 0.0),
-        }
+        self.with_seen(wo, |seen| self.eval_pdf_seen(seen, wi)).unwrap_or((Vec3::ZERO, 0.0))
     }
 
     pub fn sample(&self, wo: Vec3, u: Vec2, u_lobe: f32) -> Option<BsdfSample> {
-        let seen = self.seen(wo)?;
+        self.with_seen(wo, |seen| self.sample_seen(seen, wo, u, u_lobe))?
+    }
+
+    /// See [`Bsdf::prepare`](super::Bsdf::prepare).
+    pub fn prepare(&mut self, wo: Vec3) {
+        self.seen = Some((wo, self.weigh(wo)));
+    }
+
+    fn with_seen<T>(&self, wo: Vec3, f: impl FnOnce(&Seen) -> T) -> Option<T> {
+        match &self.seen {
+            Some((from, seen)) if *from == wo => seen.as_ref().map(f),
+            _ => self.weigh(wo).as_ref().map(f),
+        }
+    }
+
+    fn sample_seen(&self, seen: &Seen, wo: Vec3, u: Vec2, u_lobe: f32) -> Option<BsdfSample> {
         let (lobe, p, u_side) = seen.choose(u_lobe)?;
         let (base, base_wo) = (&self.base, seen.base_wo);
         let (frame, wi, kind) = match lobe {
@@ -159,7 +174,7 @@ impl Layered {
                 let wi = reflect_about(base_wo, base.facets.ggx.sample_normal(base_wo, u));
                 (&self.base_frame, Vec3::new(wi.x, wi.y, -wi.z), Kind::Transmission)
             }
-            Lobe::Glass => return self.sample_glass(&seen, p, u, u_side),
+            Lobe::Glass => return self.sample_glass(seen, p, u, u_side),
         };
         // on its side of the lobe's own surface, and of the whole
         let on_side = |w: Vec3| if kind == Kind::Transmission { w.z < 0.0 } else { w.z > 0.0 };
@@ -167,7 +182,7 @@ impl Layered {
             return None;
         }
         let wi = from(frame, wi);
-        let (f, pdf) = self.eval_pdf_seen(&seen, wi);
+        let (f, pdf) = self.eval_pdf_seen(seen, wi);
         (on_side(wi) && pdf > 0.0).then(|| BsdfSample {
             wi,
             weight: f / pdf,
@@ -182,7 +197,7 @@ impl Layered {
     pub fn straight(&self, wo: Vec3) -> Vec3 {
         match self.base.passage {
             Passage::Wall { .. } if self.is_smooth_wall() => {
-                self.seen(wo).map_or(Vec3::ZERO, |seen| seen.wall)
+                self.with_seen(wo, |seen| seen.wall).unwrap_or(Vec3::ZERO)
             }
             _ => Vec3::ZERO,
         }
@@ -266,7 +281,7 @@ impl Layered {
         (f, pdf)
     }
 
-    fn seen(&self, wo: Vec3) -> Option<Seen> {
+    fn weigh(&self, wo: Vec3) -> Option<Seen> {
         let (base_wo, coat_wo) = (to(&self.base_frame, wo), to(&self.coat_frame, wo));
         if wo.z <= 0.0 || base_wo.z <= 0.0 {
             return None;

@@ -86,6 +86,7 @@ impl Recipe {
             coat: Coat::new(self.coat.0, self.coat.1 * self.coat.1),
             base_frame: tilted,
             coat_frame: (self.tilt > 0.0).then(|| Frame::from_z(towards((0.5 * self.tilt).cos(), 4.0))),
+            seen: None,
         }
     }
 

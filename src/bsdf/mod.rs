@@ -91,6 +91,18 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
+    /// Works out once what depends on `wo` alone, for all that is asked from that very direction after.
+    pub fn prepare(&mut self, wo: Vec3) {
+        match self {
+            Self::Conductor(lobe) => lobe.prepare(wo),
+            Self::RoughDielectric(lobe) => lobe.prepare(wo),
+            Self::Pbr(lobe) => lobe.prepare(wo),
+            Self::Layered(lobe) => lobe.prepare(wo),
+            Self::Black | Self::Diffuse(_) | Self::Mirror(_) | Self::FuzzyMirror(_) | Self::Dielectric(_) => {
+            }
+        }
+    }
+
     /// BSDF × |cos θᵢ| for light from `wi` leaving along `wo`, and the solid-angle density with which
     /// [`sample`](Self::sample) draws `wi`, both in sr⁻¹. Zero for delta lobes.
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
@@ -147,11 +159,13 @@ impl Bsdf {
 }
 
 /// `w` mirrored about +Z.
+#[inline]
 fn reflect(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
 /// `w` mirrored about the unit vector `h`.
+#[inline]
 fn reflect_about(w: Vec3, h: Vec3) -> Vec3 {
     2.0 * w.dot(h) * h - w
 }

@@ -35,7 +35,7 @@
 use glam::{Vec2, Vec3};
 
 use super::albedo::Albedo;
-use super::fresnel::{LayerCurve, SCHLICK_AVERAGE, schlick_weight};
+use super::fresnel::{LayerCurve, SCHLICK_AVERAGE, SchlickCurve};
 use super::ggx::Ggx;
 use super::layer_albedo::Layer;
 use super::specular::Specular;
@@ -55,16 +55,17 @@ const MATTE_ALPHA: f32 = 0.25;
 pub struct Pbr {
     ggx: Ggx,
     metallic: f32,
-    metal: Specular,
-    dielectric: Specular,
-    layer: Layer,
-    /// Of the base under the dielectric: (1 − metallic) × base colour.
-    diffuse: Vec3,
+    base_color: Vec3,
+    layer: LayerCurve,
+    multiscatter: bool,
     /// Normal of the base.
     matte: Vec3,
+    /// The direction it was [prepared](Self::prepare) for, or zero, and what was found.
+    seen: (Vec3, Mix),
 }
 
 /// What each part weighs, seen along one `wo`.
+#[derive(Clone, Copy, Debug, Default)]
 struct Mix {
     metal: Vec3,
     dielectric: Vec3,
@@ -83,17 +84,8 @@ impl Pbr {
         matte: Vec3,
     ) -> Bsdf {
         let ggx = Ggx { alpha: alpha.clamp(MIN_ALPHA, 1.0) };
-        let LayerCurve { f0, f90, rise } = layer;
-        let layer = Layer::new(rise);
-        Bsdf::Pbr(Self {
-            ggx,
-            metallic,
-            metal: Specular::new(base_color, Vec3::ONE, SCHLICK_AVERAGE, ggx.alpha, multiscatter),
-            dielectric: Specular::new(f0, f90, layer.average(), ggx.alpha, multiscatter),
-            layer,
-            diffuse: (1.0 - metallic) * base_color,
-            matte,
-        })
+        let seen = (Vec3::ZERO, Mix::default());
+        Bsdf::Pbr(Self { ggx, metallic, base_color, layer, multiscatter, matte, seen })
     }
 
     /// As [`Bsdf::outline`].
@@ -104,6 +96,13 @@ impl Pbr {
 
     pub fn is_matte(&self) -> bool {
         self.ggx.alpha >= MATTE_ALPHA
+    }
+
+    /// See [`Bsdf::prepare`].
+    pub fn prepare(&mut self, wo: Vec3) {
+        if wo.z > 0.0 {
+            self.seen = (wo, self.weigh(wo));
+        }
     }
 
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
@@ -138,27 +137,44 @@ impl Pbr {
 
     fn eval_pdf_about(&self, wo: Vec3, wi: Vec3, h: Vec3, mix: &Mix) -> (Vec3, f32) {
         let wo_h = wo.dot(h);
-        let metal = mix.metal * self.metal.at(schlick_weight(wo_h));
-        let dielectric = mix.dielectric * self.dielectric.at(self.layer.rise.at(wo_h));
+        let mut reflectance = Vec3::ZERO;
+        if self.metallic > 0.0 {
+            reflectance += mix.metal * SchlickCurve::metal(self.base_color).at(wo_h);
+        }
+        if self.metallic < 1.0 {
+            reflectance += mix.dielectric * self.layer.at(wo_h);
+        }
+        let mirrored = self.ggx.pdf_mirrored(wo, h);
         let facets = self.ggx.d(h) * self.ggx.g2_over_4_cos_cos(wo, wi) * wi.z;
         let lambert = cosine_hemisphere_pdf(wi.dot(self.matte));
-        let pdf = mix.p_specular * self.ggx.pdf_mirrored(wo, h) + (1.0 - mix.p_specular) * lambert;
-        ((metal + dielectric) * facets + mix.diffuse * lambert, pdf)
+        let pdf = mix.p_specular * mirrored + (1.0 - mix.p_specular) * lambert;
+        (reflectance * facets + mix.diffuse * lambert, pdf)
     }
 
     fn mix(&self, wo: Vec3) -> Mix {
-        let albedo = Albedo::at(wo.z, self.ggx.alpha);
-        let metal = self.metallic * self.metal.boost(albedo.white);
-        let mut specular = metal * self.metal.single(albedo);
-        let (mut dielectric, mut diffuse) = (Vec3::ZERO, Vec3::ZERO);
-        if self.metallic < 1.0 {
-            let boost = self.dielectric.boost(albedo.white);
-            let albedo =
-                Albedo { grazing: albedo.white * self.layer.grazing_share(wo.z, self.ggx.alpha), ..albedo };
-            let layer = boost * self.dielectric.single(albedo);
-            dielectric = (1.0 - self.metallic) * boost;
-            diffuse = self.diffuse * (1.0 - layer.max_element()).max(0.0);
-            specular += (1.0 - self.metallic) * layer;
+        if self.seen.0 == wo { self.seen.1 } else { self.weigh(wo) }
+    }
+
+    fn weigh(&self, wo: Vec3) -> Mix {
+        let Self { ggx: Ggx { alpha }, metallic, base_color, multiscatter, .. } = *self;
+        let albedo = Albedo::at(wo.z, alpha);
+        let (mut metal, mut dielectric, mut diffuse) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+        let mut specular = Vec3::ZERO;
+        if metallic > 0.0 {
+            let curve = Specular::new(base_color, Vec3::ONE, SCHLICK_AVERAGE, alpha, multiscatter);
+            metal = metallic * curve.boost(albedo.white);
+            specular = metal * curve.single(albedo);
+        }
+        if metallic < 1.0 {
+            let LayerCurve { f0, f90, rise } = self.layer;
+            let layer = Layer::new(rise);
+            let curve = Specular::new(f0, f90, layer.average(), alpha, multiscatter);
+            let boost = curve.boost(albedo.white);
+            let grazing = albedo.white * layer.grazing_share(wo.z, alpha);
+            let reflected = boost * curve.single(Albedo { grazing, ..albedo });
+            dielectric = (1.0 - metallic) * boost;
+            diffuse = (1.0 - metallic) * base_color * (1.0 - reflected.max_element()).max(0.0);
+            specular += (1.0 - metallic) * reflected;
         }
         let (specular, base) = (specular.element_sum(), diffuse.element_sum());
         let p_specular = if base > 0.0 { (specular / (specular + base)).max(MIN_P_SPECULAR) } else { 1.0 };

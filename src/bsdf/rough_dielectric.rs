@@ -42,6 +42,8 @@ pub struct RoughDielectric {
     ggx: Ggx,
     boundary: Dielectric,
     multiscatter: bool,
+    /// The direction it was [prepared](Self::prepare) for, or zero, and the factor for multiple scattering there.
+    seen: (Vec3, f32),
 }
 
 impl RoughDielectric {
@@ -50,12 +52,20 @@ impl RoughDielectric {
         if is_smooth(alpha, boundary.ior) {
             return Bsdf::Dielectric(boundary);
         }
-        Bsdf::RoughDielectric(Self { ggx: Ggx { alpha: alpha.min(1.0) }, boundary, multiscatter })
+        let (ggx, seen) = (Ggx { alpha: alpha.min(1.0) }, (Vec3::ZERO, 1.0));
+        Bsdf::RoughDielectric(Self { ggx, boundary, multiscatter, seen })
+    }
+
+    /// See [`Bsdf::prepare`].
+    pub fn prepare(&mut self, wo: Vec3) {
+        if wo.z != 0.0 {
+            self.seen = (wo, self.boost(wo));
+        }
     }
 
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         let nothing = (Vec3::ZERO, 0.0);
-        let eta = relative_eta(self.boundary.ior, wo);
+        let (from, eta) = (wo, relative_eta(self.boundary.ior, wo));
         let (wo, wi) = (to_side_of(wo, wo), to_side_of(wo, wi));
         if wo.z == 0.0 || wi.z == 0.0 {
             return nothing;
@@ -80,12 +90,12 @@ impl RoughDielectric {
                 transmitted * self.ggx.pdf_normal(wo, h),
             )
         };
-        (self.boundary.tint * (f * self.boost(wo.z, eta)), pdf)
+        (self.boundary.tint * (f * self.boost(from)), pdf)
     }
 
     /// Draws `wi`, or `None` where a reflected ray falls below the surface or a refracted one above it.
     pub fn sample(&self, wo: Vec3, u: Vec2, u_lobe: f32) -> Option<BsdfSample> {
-        let eta = relative_eta(self.boundary.ior, wo);
+        let (from, eta) = (wo, relative_eta(self.boundary.ior, wo));
         let side = wo.z.signum();
         let wo = to_side_of(wo, wo);
         if wo.z == 0.0 {
@@ -104,7 +114,7 @@ impl RoughDielectric {
         };
         let valid = pdf > 0.0 && if kind == Kind::Glossy { wi.z > 0.0 } else { wi.z < 0.0 };
         valid.then(|| {
-            let scale = self.ggx.g2_over_g1(wo, wi) * self.boost(wo.z, eta) / (eta_ratio * eta_ratio);
+            let scale = self.ggx.g2_over_g1(wo, wi) * self.boost(from) / (eta_ratio * eta_ratio);
             BsdfSample {
                 wi: Vec3::new(wi.x, wi.y, side * wi.z),
                 weight: self.boundary.tint * scale,
@@ -116,9 +126,13 @@ impl RoughDielectric {
         })
     }
 
-    fn boost(&self, mu: f32, eta: f32) -> f32 {
+    fn boost(&self, wo: Vec3) -> f32 {
+        if self.seen.0 == wo {
+            return self.seen.1;
+        }
         if self.multiscatter {
-            1.0 / glass_albedo(self.boundary.fresnel, mu, self.ggx.alpha, eta)
+            let Dielectric { ior, fresnel, .. } = self.boundary;
+            1.0 / glass_albedo(fresnel, wo.z.abs(), self.ggx.alpha, relative_eta(ior, wo))
         } else {
             1.0
         }

@@ -21,7 +21,7 @@ use std::{f32::consts::TAU, sync::LazyLock};
 
 use glam::{Vec2, Vec3};
 
-use super::table::{cell, node};
+use super::table::{cell, gauss_legendre, node};
 
 const ROUGHNESSES: usize = 32;
 const COSINES: usize = 64;
@@ -37,11 +37,8 @@ pub struct Sheen {
 
 /// E by √α, then by √μ.
 static TABLE: LazyLock<Vec<[f32; COSINES]>> = LazyLock::new(|| {
-    let row = |i| {
-        let alpha = alpha_at(i);
-        std::array::from_fn(|j| integrate(node(j, COSINES).powi(2).max(TINY), alpha))
-    };
-    (0..ROUGHNESSES).map(row).collect()
+    let rule = gauss_legendre::<20>();
+    (0..ROUGHNESSES).map(|i| row(&rule, alpha_at(i))).collect()
 });
 
 impl Sheen {
@@ -56,7 +53,9 @@ impl Sheen {
             return Vec3::ZERO;
         }
         let Some(h) = (wo + wi).try_normalize() else { return Vec3::ZERO };
-        self.color * (white(wo, wi, h, self.alpha) / tabulated(wo.z, self.alpha).max(1.0))
+        let lambdas = lambda(wo.z, self.alpha) + lambda(wi.z, self.alpha);
+        let white = white(wo.z, h.x * h.x + h.y * h.y, lambdas, self.alpha);
+        self.color * (white / tabulated(wo.z, self.alpha).max(1.0))
     }
 
     pub fn sample(&self, u: Vec2) -> Vec3 {
@@ -94,11 +93,10 @@ fn alpha_at(i: usize) -> f32 {
     (root + node(i, ROUGHNESSES) * (1.0 - root)).powi(2)
 }
 
-/// D / (4 cos θₒ (1 + Λ + Λ)): the lobe times cos θᵢ.
-fn white(wo: Vec3, wi: Vec3, h: Vec3, alpha: f32) -> f32 {
-    let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
-    let d = (2.0 + 1.0 / alpha) * sin2.powf(0.5 / alpha) / TAU;
-    d / (4.0 * wo.z.max(TINY) * (1.0 + lambda(wo.z, alpha) + lambda(wi.z, alpha)))
+/// D / (4 cos θₒ (1 + Λ + Λ)): the lobe times cos θᵢ. `sin2` is that of the angle between h and the normal.
+fn white(cos_o: f32, sin2: f32, lambdas: f32, alpha: f32) -> f32 {
+    let d = (2.0 + 1.0 / alpha) * sin2.min(1.0).powf(0.5 / alpha) / TAU;
+    d / (4.0 * cos_o.max(TINY) * (1.0 + lambdas))
 }
 
 /// Estevez and Kulla 2017, eq. 3 and table 1.
@@ -112,23 +110,48 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
     exponent.exp()
 }
 
-/// E(μ, α), by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon.
-fn integrate(mu: f32, alpha: f32) -> f32 {
-    const N: u32 = 96;
-    let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu);
-    let mut sum = 0.0;
-    for i in 0..N {
-        let s = (i as f32 + 0.5) / N as f32;
-        let z = s * s; // dz = 2 s ds
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        for j in 0..N {
-            let t = (j as f32 + 0.5) / N as f32;
-            let phi = std::f32::consts::PI * t * t; // dφ = 2π t dt, of the half turn
-            let wi = Vec3::new(r * phi.cos(), r * phi.sin(), z);
-            if let Some(h) = (wo + wi).try_normalize() {
-                sum += white(wo, wi, h, alpha) * s * t;
+/// E(μ, α) for all μ, by cos θᵢ and φ. The lobe peaks where h lies flat: towards φ = 0 and the horizon. In s and t it is smooth,
+/// and the rule within 0.02 %.
+fn row(rule: &[(f32, f32)], alpha: f32) -> [f32; COSINES] {
+    // cos θᵢ = s², φ = π t² of the half turn; the weights are those of s ds and t dt
+    let incident: Vec<_> = rule.iter().map(|(s, weight)| (s * s, lambda(s * s, alpha), s * weight)).collect();
+    let azimuths: Vec<_> =
+        rule.iter().map(|(t, weight)| ((std::f32::consts::PI * t * t).cos(), t * weight)).collect();
+    std::array::from_fn(|k| {
+        let mu = node(k, COSINES).powi(2).max(TINY);
+        let (sin_o, lambda_o) = (((1.0 - mu) * (1.0 + mu)).sqrt(), lambda(mu, alpha));
+        let mut sum = 0.0;
+        for &(z, lambda_i, ds) in &incident {
+            let sin_i = ((1.0 - z) * (1.0 + z)).sqrt();
+            let along = (mu + z) * (mu + z); // of wo + wi
+            for (cos_phi, dt) in &azimuths {
+                let across = sin_o * sin_o + 2.0 * sin_o * sin_i * cos_phi + sin_i * sin_i;
+                sum += white(mu, across / (across + along), lambda_o + lambda_i, alpha) * ds * dt;
             }
         }
+        sum * 4.0 * TAU
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a plain sum over many directions.
+    #[test]
+    fn table_holds_the_integral() {
+        for (alpha, mu) in [(0.25, 0.1f32), (0.25, 0.9), (1.0, 0.5), (0.04, 0.2)] {
+            const N: u32 = 400;
+            let wo = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+            let lobe = Sheen { color: Vec3::ONE, alpha };
+            let mut sum = 0.0;
+            for i in 0..N * N {
+                let [x, y] = [i % N, i / N].map(|k| (k as f32 + 0.5) / N as f32);
+                sum += f64::from(lobe.eval(wo, lobe.sample(Vec2::new(x, 0.5 * y))).x);
+            }
+            let integral = (sum / f64::from(N * N)) as f32 * TAU;
+            let expected = tabulated(mu, alpha).min(1.0);
+            assert!((integral - expected).abs() < 2e-3, "{alpha}, {mu}: {integral}, {expected}");
+        }
     }
-    sum * 4.0 * TAU / (N * N) as f32
 }

@@ -64,7 +64,7 @@ pub fn collect(
                         Shape::Sphere(Sphere { center, radius }),
                         4.0 * std::f32::consts::PI * radius * radius,
                     ),
-                    ObjectKind::Quad { origin, u, v, round } => {
+                    ObjectKind::Quad { origin, u, v, round, .. } => {
                         let share = if round { std::f32::consts::FRAC_PI_4 } else { 1.0 };
                         (Shape::Quad(Quad::new(origin, u, v, round)), share * u.cross(v).length())
                     }
@@ -127,7 +127,7 @@ impl Mesh {
     /// Both UV sets at barycentrics (b1, b2) of a triangle; where there is one set, it serves as both.
     pub fn uvs_at(&self, [i, j, k]: [u32; 3], b: Vec2) -> [Vec2; 2] {
         let at = |uvs: &[Vec2]| {
-            let [a, p, q] = [i, j, k].map(|i| uvs[i as usize]);
+            let (a, p, q) = (uvs[i as usize], uvs[j as usize], uvs[k as usize]);
             a + b.x * (p - a) + b.y * (q - a)
         };
         match [self.uvs[0].is_empty(), self.uvs[1].is_empty()] {
@@ -143,7 +143,8 @@ impl Mesh {
         if self.colors.is_empty() {
             return Vec4::ONE;
         }
-        let [a, p, q] = [i, j, k].map(|i| self.colors[i as usize]);
+        let colors = &self.colors;
+        let (a, p, q) = (colors[i as usize], colors[j as usize], colors[k as usize]);
         a + b.x * (p - a) + b.y * (q - a)
     }
 }

@@ -34,6 +34,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     objects.extend(model.instances.into_iter().map(Object::instance));
     objects.extend(spheres.into_iter().map(Object::sphere));
     objects.extend(quads.into_iter().map(Object::quad));
+    objects.iter_mut().for_each(|object| object.prepare(&model.materials));
     let filtered: Vec<bool> = model.materials.iter().map(must_be_asked).collect();
     let is_filtered = |object: &Object| object.materials.iter().any(|m| filtered[m.index()]);
 
@@ -46,7 +47,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
                 Shape::Mesh { blas: mesh.0, to_world: placement.to_world }
             }
             ObjectKind::Sphere { center, radius } => Shape::Sphere { center: *center, radius: *radius },
-            ObjectKind::Quad { origin, u, v, round } => {
+            ObjectKind::Quad { origin, u, v, round, .. } => {
                 Shape::Quad { origin: *origin, u: *u, v: *v, round: *round }
             }
         },

@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec3A, Vec4};
 use serde::Serialize;
 
 use super::object::{Object, ObjectKind, Placement};
@@ -11,7 +11,7 @@ use crate::{
     camera::{Camera, FilterTable},
     geometry::{Ray, offset},
     light::{Aim, Lights},
-    material::{self, SurfacePoint},
+    material::{self, Needs, SurfacePoint},
     render::Bounces,
     texture::Textures,
     world::{Material, MaterialId, Mesh, Surface},
@@ -91,6 +91,9 @@ impl Scene {
 
     pub fn material_id(&self, hit: &Hit) -> MaterialId {
         let object = &self.objects[hit.object as usize];
+        if let [only] = *object.materials {
+            return only;
+        }
         let slot = match &object.kind {
             ObjectKind::Instance { mesh, .. } => {
                 let slots = &self.meshes[mesh.index()].slots;
@@ -101,16 +104,39 @@ impl Scene {
         *object.materials.get(slot).unwrap_or(&object.materials[0])
     }
 
+    /// Whether the camera sees a hit: backs of single-sided surfaces it does not.
+    pub fn shows(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.material(hit).double_sided || ray.direction.dot(self.normal(ray, hit)) <= 0.0
+    }
+
+    /// Geometric normal: outward, of any length.
+    fn normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        match &self.objects[hit.object as usize].kind {
+            ObjectKind::Instance { mesh, placement } => {
+                let mesh = &self.meshes[mesh.index()];
+                let [i, j, k] = mesh.triangles[hit.primitive as usize];
+                let positions = &mesh.positions;
+                let p0 = positions[i as usize];
+                let n = (positions[j as usize] - p0).cross(positions[k as usize] - p0);
+                placement.normal(n.into()).into()
+            }
+            ObjectKind::Sphere { center, .. } => ray.at(hit.t) - center,
+            ObjectKind::Quad { normal, .. } => *normal,
+        }
+    }
+
     /// The light that a hit primitive is, if it is one.
     pub fn emitter(&self, hit: &Hit) -> Option<u32> {
         self.objects[hit.object as usize].emitter(hit.primitive)
     }
 
-    /// UVs and vertex colour at a hit: what coverage and emission depend on.
+    /// UVs and vertex colour at a hit: what coverage and emission depend on. (As all that follows, no more than the object's
+    /// materials need; the rest is zero, or one.)
     pub fn uvs_and_color(&self, ray: &Ray, hit: &Hit) -> ([Vec2; 2], Vec4) {
-        let normal = match &self.objects[hit.object as usize].kind {
-            ObjectKind::Sphere { center, radius } => (ray.at(hit.t) - center) / *radius,
-            ObjectKind::Instance { .. } | ObjectKind::Quad { .. } => Vec3::ZERO,
+        let object = &self.objects[hit.object as usize];
+        let normal = match &object.kind {
+            ObjectKind::Sphere { center, radius } if object.needs.uvs => (ray.at(hit.t) - center) / *radius,
+            _ => Vec3::ZERO,
         };
         self.uvs_and_color_at(hit, normal)
     }
@@ -141,7 +167,13 @@ impl Scene {
     /// Radiance that an emitting surface sends from a point with these coordinates, in a direction of this cosine with
     /// its outward normal.
     pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], cos: f32) -> Vec3 {
-        let material = self.material(hit);
+        if !self.objects[hit.object as usize].emits {
+            return Vec3::ZERO;
+        }
+        self.emission_of(self.material(hit), uvs, cos)
+    }
+
+    fn emission_of(&self, material: &Material, uvs: &[Vec2; 2], cos: f32) -> Vec3 {
         match &material.emission {
             Some(emission) => {
                 material::emission_passed(material, &self.textures, uvs, cos)
@@ -155,77 +187,111 @@ impl Scene {
     /// there: rays that meet it by chance pass the rest. `hit.u` and `hit.v` are as a hit has them, but on a sphere,
     /// where the normal says where the point is.
     pub fn emission_of_light(&self, hit: &Hit, normal: Vec3, cos: f32) -> Vec3 {
+        let material = self.material(hit);
         let (uvs, color) = self.uvs_and_color_at(hit, normal);
-        let coverage = material::coverage(self.material(hit), &self.textures, &uvs, color);
-        coverage * self.emission(hit, &uvs, cos)
+        let coverage = material::coverage(material, &self.textures, &uvs, color);
+        coverage * self.emission_of(material, &uvs, cos)
     }
 
     /// `normal` is of use on spheres alone.
     fn uvs_and_color_at(&self, hit: &Hit, normal: Vec3) -> ([Vec2; 2], Vec4) {
-        match &self.objects[hit.object as usize].kind {
-            ObjectKind::Instance { mesh, .. } => {
+        let Object { kind, needs, .. } = &self.objects[hit.object as usize];
+        let mut found = ([Vec2::ZERO; 2], Vec4::ONE);
+        match kind {
+            ObjectKind::Instance { mesh, .. } if needs.uvs || needs.color => {
                 let mesh = &self.meshes[mesh.index()];
                 let (corners, b) = (mesh.triangles[hit.primitive as usize], Vec2::new(hit.u, hit.v));
-                (mesh.uvs_at(corners, b), mesh.color_at(corners, b))
+                if needs.uvs {
+                    found.0 = mesh.uvs_at(corners, b);
+                }
+                if needs.color {
+                    found.1 = mesh.color_at(corners, b);
+                }
             }
-            ObjectKind::Sphere { .. } => ([sphere_uv(normal); 2], Vec4::ONE),
-            ObjectKind::Quad { .. } => ([Vec2::new(hit.u, 1.0 - hit.v); 2], Vec4::ONE),
+            ObjectKind::Sphere { .. } if needs.uvs => found.0 = [sphere_uv(normal); 2],
+            ObjectKind::Quad { .. } => found.0 = [Vec2::new(hit.u, 1.0 - hit.v); 2],
+            ObjectKind::Instance { .. } | ObjectKind::Sphere { .. } => {}
         }
+        found
     }
 
     /// Position, normals and texture coordinates of a hit.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match &self.objects[hit.object as usize].kind {
+        let Object { kind, needs, .. } = &self.objects[hit.object as usize];
+        match kind {
             ObjectKind::Instance { mesh, placement } => {
-                mesh_point(&self.meshes[mesh.index()], placement, hit)
+                mesh_point(&self.meshes[mesh.index()], placement, hit, *needs)
             }
             ObjectKind::Sphere { center, radius } => {
                 let n = (ray.at(hit.t) - center).normalize_or(Vec3::Y);
                 let position = center + radius * n;
                 let error = offset::sphere_error(*center, *radius, position);
-                let east = Vec3::new(n.z, 0.0, -n.x).normalize_or_zero();
-                plain_point(position, error, n, east, sphere_uv(n))
+                let uv = if needs.uvs { sphere_uv(n) } else { Vec2::ZERO };
+                let east = || Vec3::new(n.z, 0.0, -n.x);
+                plain_point(position, error, n, needs.tangent.then(east), uv)
             }
-            ObjectKind::Quad { origin, u, v, .. } => {
+            ObjectKind::Quad { origin, u, v, normal, .. } => {
                 let position = origin + hit.u * u + hit.v * v;
                 let error = offset::quad_error(*origin, *u, *v, hit.u, hit.v);
-                let ng = u.cross(*v).normalize_or(Vec3::Y);
-                plain_point(position, error, ng, u.normalize_or_zero(), Vec2::new(hit.u, 1.0 - hit.v))
+                let uv = Vec2::new(hit.u, 1.0 - hit.v);
+                plain_point(position, error, *normal, needs.tangent.then_some(*u), uv)
             }
         }
     }
 }
 
-/// An analytic surface: its geometric normal is its shading normal. `east` is the direction in which u grows; the
-/// bitangent points where v falls, up in the picture, as normal maps want it.
-fn plain_point(position: Vec3, error: Vec3, n: Vec3, east: Vec3, uv: Vec2) -> SurfacePoint {
-    SurfacePoint { position, error, ng: n, ns: n, tangent: east.extend(1.0), uvs: [uv; 2], color: Vec4::ONE }
+/// An analytic surface: its geometric normal is its shading normal. `east` is the direction in which u grows, of any length;
+/// the bitangent points where v falls, up in the picture, as normal maps want it.
+fn plain_point(position: Vec3, error: Vec3, n: Vec3, east: Option<Vec3>, uv: Vec2) -> SurfacePoint {
+    let tangent = east.map_or(Vec4::ZERO, |east| east.normalize_or_zero().extend(1.0));
+    SurfacePoint { position, error, ng: n, ns: n, tangent, uvs: [uv; 2], color: Vec4::ONE }
 }
 
-fn mesh_point(mesh: &Mesh, placement: &Placement, hit: &Hit) -> SurfacePoint {
+fn mesh_point(mesh: &Mesh, placement: &Placement, hit: &Hit, needs: Needs) -> SurfacePoint {
+    let Placement { to_world, to_object, handedness, .. } = placement;
     let corners = mesh.triangles[hit.primitive as usize];
-    let [i, j, k] = corners.map(|i| i as usize);
-    let [p0, p1, p2] = [i, j, k].map(|i| mesh.positions[i]);
+    let [i, j, k] = [corners[0] as usize, corners[1] as usize, corners[2] as usize];
+    let at = |i: usize| Vec3A::from(mesh.positions[i]);
+    let (p0, p1, p2) = (at(i), at(j), at(k));
     let b = Vec2::new(hit.u, hit.v);
     let b0 = 1.0 - b.x - b.y;
     let local = b0 * p0 + b.x * p1 + b.y * p2;
-    let position = placement.to_world.transform_point3(local);
     let error = offset::triangle_error([p0, p1, p2], b.x, b.y);
-    let error = offset::instance_error(&placement.to_world, &placement.to_object, local, error);
-    let ng = placement.normal((p1 - p0).cross(p2 - p0)).unwrap_or(Vec3::Y);
+    let error = offset::instance_error(to_world, to_object, local, error);
+    let ng = unit(placement.normal((p1 - p0).cross(p2 - p0))).unwrap_or(Vec3A::Y);
     let ns = match &mesh.normals[..] {
         [] => ng,
-        n => placement.normal(b0 * n[i] + b.x * n[j] + b.y * n[k]).unwrap_or(ng),
+        n => {
+            let n = b0 * Vec3A::from(n[i]) + b.x * Vec3A::from(n[j]) + b.y * Vec3A::from(n[k]);
+            unit(placement.normal(n)).unwrap_or(ng)
+        }
     };
     let ns = if ns.dot(ng) < 0.0 { -ns } else { ns };
-    let uvs = mesh.uvs_at(corners, b);
-    let tangent = match &mesh.tangents[..] {
-        [] => flat_tangent(mesh, corners, [p0, p1, p2]),
-        t => b0 * t[i] + b.x * t[j] + b.y * t[k],
+    let uvs = if needs.uvs { mesh.uvs_at(corners, b) } else { [Vec2::ZERO; 2] };
+    let tangent = || {
+        let tangent = match &mesh.tangents[..] {
+            [] => flat_tangent(mesh, corners, [p0.into(), p1.into(), p2.into()]),
+            t => b0 * t[i] + b.x * t[j] + b.y * t[k],
+        };
+        let direction = unit(to_world.transform_vector3a(Vec3A::from_vec4(tangent))).unwrap_or(Vec3A::ZERO);
+        direction.extend(handedness * tangent.w.signum())
     };
-    let direction = placement.to_world.transform_vector3(tangent.truncate()).normalize_or_zero();
-    let tangent = direction.extend(placement.handedness * tangent.w.signum());
-    SurfacePoint { position, error, ng, ns, tangent, uvs, color: mesh.color_at(corners, b) }
+    SurfacePoint {
+        position: to_world.transform_point3a(local).into(),
+        error: error.into(),
+        ng: ng.into(),
+        ns: ns.into(),
+        tangent: if needs.tangent { tangent() } else { Vec4::ZERO },
+        uvs,
+        color: if needs.color { mesh.color_at(corners, b) } else { Vec4::ONE },
+    }
+}
+
+/// `v` of length 1, unless it is too short or too long to tell.
+#[inline(always)]
+fn unit(v: Vec3A) -> Option<Vec3A> {
+    let square = v.length_squared();
+    (square > 0.0 && square < f32::INFINITY).then(|| v * (1.0 / square.sqrt()))
 }
 
 /// ∂p/∂u of the triangle, and the sign that makes the bitangent point where v falls (up in the picture); zero where the

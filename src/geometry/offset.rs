@@ -7,7 +7,7 @@
 //!
 //! Each function takes what the point was computed from and returns the absolute error per axis.
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 
 /// Relative error of one rounding in `f32`: half a unit in the last place.
 const ROUNDING: f32 = f32::EPSILON / 2.0;
@@ -19,14 +19,16 @@ pub const fn gamma(n: u32) -> f32 {
 }
 
 /// Of b₀p₀ + b₁p₁ + b₂p₂ with b₀ = 1 − b₁ − b₂; `u`, `v` are b₁, b₂. In the space of the vertices.
-pub fn triangle_error([p0, p1, p2]: [Vec3; 3], u: f32, v: f32) -> Vec3 {
-    let sum = ((1.0 - u - v) * p0).abs() + (u * p1).abs() + (v * p2).abs();
+#[inline]
+pub fn triangle_error([p0, p1, p2]: [Vec3A; 3], u: f32, v: f32) -> Vec3A {
+    let sum = (1.0 - u - v).abs() * p0.abs() + u.abs() * p1.abs() + v.abs() * p2.abs();
     gamma(7) * sum + triangle_test_error([p0, p1, p2])
 }
 
 /// The next ray is tested in coordinates relative to its origin, so its t has an error of the size of the triangle, which
 /// matters where the hit point is much nearer to the world's origin than the triangle is large.
-fn triangle_test_error([p0, p1, p2]: [Vec3; 3]) -> Vec3 {
+#[inline]
+fn triangle_test_error([p0, p1, p2]: [Vec3A; 3]) -> Vec3A {
     gamma(3) * (p0.max(p1).max(p2) - p0.min(p1).min(p2))
 }
 
@@ -42,21 +44,19 @@ pub fn quad_error(origin: Vec3, u: Vec3, v: Vec3, a: f32, b: f32) -> Vec3 {
 
 /// Of the point `p`, itself off by `error`, when an instance takes it to the world, and of the next ray's origin when it
 /// comes back to be tested in the instance's space. `to_object` is the inverse of `to_world`.
-pub fn instance_error(to_world: &Affine3A, to_object: &Affine3A, p: Vec3, error: Vec3) -> Vec3 {
-    let world = to_world.transform_point3(p);
-    let back = gamma(4) * magnitude(to_object, world);
-    absolute(to_world, (1.0 + gamma(3)) * error + back) + gamma(3) * magnitude(to_world, p)
+#[inline]
+pub fn instance_error(to_world: &Affine3A, to_object: &Affine3A, p: Vec3A, error: Vec3A) -> Vec3A {
+    let world = to_world.transform_point3a(p);
+    let back = absolute(to_object) * world.abs() + to_object.translation.abs();
+    let object = (1.0 + gamma(3)) * error + gamma(4) * back + gamma(3) * p.abs();
+    absolute(to_world) * object + gamma(3) * to_world.translation.abs()
 }
 
-/// |M| e, M the linear part.
-fn absolute(m: &Affine3A, e: Vec3) -> Vec3 {
-    let m = m.matrix3;
-    Vec3::from(m.x_axis.abs() * e.x + m.y_axis.abs() * e.y + m.z_axis.abs() * e.z)
-}
-
-/// |M| |p| + |translation|.
-fn magnitude(m: &Affine3A, p: Vec3) -> Vec3 {
-    absolute(m, p.abs()) + Vec3::from(m.translation.abs())
+/// |M|, M the linear part.
+#[inline]
+fn absolute(m: &Affine3A) -> Mat3A {
+    let m = &m.matrix3;
+    Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
 }
 
 /// The origin of a ray from `p`, known up to `error`, that leaves along `w`: beyond the error box, along the geometric
@@ -87,6 +87,10 @@ mod tests {
     use proptest::prelude::*;
 
     use crate::sampling::warp::uniform_sphere;
+
+    fn triangle_error(corners: [Vec3; 3], u: f32, v: f32) -> Vec3 {
+        super::triangle_error(corners.map(Vec3A::from), u, v).into()
+    }
 
     fn unit() -> impl Strategy<Value = Vec3> {
         (0f32..1.0, 0f32..1.0).prop_map(|(a, b)| uniform_sphere(Vec2::new(a, b)))
@@ -184,7 +188,8 @@ mod tests {
                 scale, Quat::from_axis_angle(axis, angle), place * distance);
             let to_object = to_world.inverse();
             let p = (1.0 - u - v) * corners[0] + u * corners[1] + v * corners[2];
-            let error = instance_error(&to_world, &to_object, p, triangle_error(corners, u, v));
+            let error = triangle_error(corners, u, v);
+            let error = Vec3::from(instance_error(&to_world, &to_object, p.into(), error.into()));
             let p = to_world.transform_point3(p);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             let ng = Vec3::from(to_object.matrix3.transpose() * glam::Vec3A::from(normal)).normalize();

@@ -195,7 +195,7 @@ fn meet(scene: &Scene, ray: &mut Ray, sampler: &PixelSampler, vertex: u32) -> Op
             let salt = (vertex as u64) << 58 ^ (hit.object as u64) << 32 ^ hit.primitive as u64;
             coverage >= 1.0 || (coverage > 0.0 && sampler.hashed(salt) < coverage)
         })?;
-        if !from_camera || scene.material(&hit).double_sided {
+        if !from_camera || scene.shows(ray, &hit) {
             return Some(hit);
         }
         let point = scene.surface_point(ray, &hit);

@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Side, SurfacePoint, alpha, mapped_normal, shading_frame};
+use super::{Side, SurfacePoint, alpha, mapped_normal, pair, shading_frame};
 use crate::{
     bsdf::{
         Base, Bsdf, Coat, Facets, Glass, Layered, Passage, Pbr, Reflectance, Sheen, ThinFilm,
@@ -44,8 +44,8 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
     let pbr = &material.pbr;
     let base_color =
         place.color(&ColorInput { factor: pbr.base_color.factor * place.tint, ..pbr.base_color });
-    let metallic = place.unit(&pbr.metallic);
-    let roughness = alpha(place.unit(&pbr.roughness));
+    let [metallic, roughness] = pair([&pbr.metallic, &pbr.roughness], place.textures, &point.uvs);
+    let roughness = alpha(roughness);
     let ior = index_at(material, place.wavelength);
     let curve = specular(material, ior, place);
     // Inside a medium what lies on the outside is not met.
@@ -105,12 +105,15 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
         z: outer.to_local(frame.z),
     };
     let coat_frame = coat_map.map(|map| within(shading_frame(point, Some(map), wo, Side::Glossy).0));
+    let metal = match metallic > 0.0 {
+        true => facets.prepare(Reflectance::metal(base_color, film(base_color))),
+        false => Reflectance::metal(base_color, None),
+    };
     let layered = Layered {
         base: Base {
             facets,
             metallic,
-            metal: facets
-                .prepare(Reflectance::metal(base_color, film(base_color).filter(|_| metallic > 0.0))),
+            metal,
             dielectric,
             diffuse: (1.0 - backlit) * base_color,
             backlit: backlit_color,
@@ -121,6 +124,7 @@ pub fn scattering(material: &world::Layered, normal: Option<&NormalMap>, place: 
         coat,
         base_frame: apart.then(|| within(base_frame)),
         coat_frame,
+        seen: None,
     };
     (Bsdf::Layered(Box::new(layered)), outer)
 }

@@ -37,7 +37,38 @@ pub struct SurfacePoint {
     pub color: Vec4,
 }
 
+/// What of a [`SurfacePoint`] a material makes use of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    pub uvs: bool,
+    pub tangent: bool,
+    pub color: bool,
+}
+
+impl std::ops::BitOrAssign for Needs {
+    fn bitor_assign(&mut self, other: Self) {
+        self.uvs |= other.uvs;
+        self.tangent |= other.tangent;
+        self.color |= other.color;
+    }
+}
+
+/// What a material, its coverage and its emission make use of.
+pub fn needs(material: &Material) -> Needs {
+    let mut uvs = false;
+    material.clone().for_each_texture(&mut |_| uvs = true);
+    let tangent = match &material.surface {
+        Surface::Layered(layered) => {
+            let coat = layered.clearcoat.as_ref();
+            layered.anisotropy.is_some() || coat.is_some_and(|coat| coat.normal.is_some())
+        }
+        _ => false,
+    };
+    Needs { uvs, tangent: tangent || material.normal.is_some(), color: material.vertex_colors }
+}
+
 impl ColorInput {
+    #[inline]
     fn at(&self, textures: &Textures, uvs: &[Vec2; 2]) -> Vec3 {
         match &self.texture {
             Some(t) => self.factor * textures.lookup(t, uvs).truncate(),
@@ -47,12 +78,25 @@ impl ColorInput {
 }
 
 impl ScalarInput {
+    #[inline]
     fn at(&self, textures: &Textures, uvs: &[Vec2; 2]) -> f32 {
         match &self.texture {
             Some((t, channel)) => self.factor * textures.lookup(t, uvs)[usize::from(channel & 3)],
             None => self.factor,
         }
     }
+}
+
+/// Two shares, clamped: often two channels of one texture, which is then looked up once.
+fn pair([a, b]: [&ScalarInput; 2], textures: &Textures, uvs: &[Vec2; 2]) -> [f32; 2] {
+    let [x, y] = match (&a.texture, &b.texture) {
+        (Some((texture, i)), Some((same, j))) if texture == same => {
+            let texel = textures.lookup(texture, uvs);
+            [a.factor * texel[usize::from(i & 3)], b.factor * texel[usize::from(j & 3)]]
+        }
+        _ => [a.at(textures, uvs), b.at(textures, uvs)],
+    };
+    [x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)]
 }
 
 /// The share of what is behind that the surface hides: 1 for opaque materials, 0 or 1 for masked ones.
@@ -171,29 +215,26 @@ pub fn scattering(
     let color =
         |c: &ColorInput| (c.at(textures, &point.uvs) * tint(material, point)).clamp(Vec3::ZERO, Vec3::ONE);
     let unit = |s: &ScalarInput| s.at(textures, &point.uvs).clamp(0.0, 1.0);
-    if let Surface::Layered(layered) = &material.surface {
-        let tint = tint(material, point);
-        let place = layered::Place { textures, point, tint, wo, wavelength };
-        return layered::scattering(layered, material.normal.as_ref(), &place);
-    }
-    let side = match material.surface {
-        Surface::Dielectric { .. } => Side::Boundary,
-        Surface::Metal { .. } | Surface::Pbr(_) | Surface::Layered(_) | Surface::SpecularGlossiness(_) => {
-            Side::Glossy
-        }
-        Surface::Diffuse { .. } | Surface::Unlit { .. } | Surface::Black => Side::Matte,
+    let framed = |side| {
+        let map = material.normal.as_ref().map(|map| mapped_normal(map, textures, point));
+        shading_frame(point, map, wo, side)
     };
-    let map = material.normal.as_ref().map(|map| mapped_normal(map, textures, point));
-    let (frame, matte) = shading_frame(point, map, wo, side);
-    let bsdf = match &material.surface {
-        Surface::Diffuse { color: c } => Bsdf::Diffuse(Diffuse { color: color(c) }),
-        Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => FuzzyMirror::bsdf(color(c), *fuzz),
+    let prepared = |mut bsdf: Bsdf, frame: Frame| {
+        bsdf.prepare(frame.to_local(wo));
+        (bsdf, frame)
+    };
+    match &material.surface {
+        Surface::Diffuse { color: c } => (Bsdf::Diffuse(Diffuse { color: color(c) }), framed(Side::Matte).0),
+        Surface::Metal { color: c, finish: MetalFinish::Fuzz(fuzz) } => {
+            (FuzzyMirror::bsdf(color(c), *fuzz), framed(Side::Glossy).0)
+        }
         Surface::Metal { color: c, finish: MetalFinish::Roughness { roughness, fresnel, multiscatter } } => {
             let curve = match fresnel {
                 Fresnel::Constant => SchlickCurve::constant(color(c)),
                 Fresnel::Schlick | Fresnel::Exact => SchlickCurve::metal(color(c)),
             };
-            Conductor::bsdf(curve, alpha(unit(roughness)), *multiscatter)
+            let bsdf = Conductor::bsdf(curve, alpha(unit(roughness)), *multiscatter);
+            prepared(bsdf, framed(Side::Glossy).0)
         }
         Surface::Dielectric { ior, fresnel, roughness, tint } => {
             let fresnel = match fresnel {
@@ -201,26 +242,33 @@ pub fn scattering(
                 Fresnel::Exact | Fresnel::Constant => DielectricFresnel::Exact,
             };
             let boundary = Dielectric { ior: *ior, fresnel, tint: color(tint) };
-            RoughDielectric::bsdf(boundary, alpha(unit(roughness)), true)
+            let bsdf = RoughDielectric::bsdf(boundary, alpha(unit(roughness)), true);
+            prepared(bsdf, framed(Side::Boundary).0)
         }
-        Surface::Pbr(pbr) => Pbr::bsdf(
-            color(&pbr.base_color),
-            unit(&pbr.metallic),
-            alpha(unit(&pbr.roughness)),
-            LayerCurve::dielectric(pbr.ior),
-            pbr.multiscatter,
-            matte,
-        ),
+        Surface::Pbr(pbr) => {
+            let [metallic, roughness] = pair([&pbr.metallic, &pbr.roughness], textures, &point.uvs);
+            let (base, layer) = (color(&pbr.base_color), LayerCurve::dielectric(pbr.ior));
+            let (frame, matte) = framed(Side::Glossy);
+            let bsdf = Pbr::bsdf(base, metallic, alpha(roughness), layer, pbr.multiscatter, matte);
+            prepared(bsdf, frame)
+        }
         Surface::SpecularGlossiness(surface) => {
             let specular = color(&surface.specular);
             // archived extension, "Specular - Glossiness": c_diff = diffuse (1 − max(specular))
             let diffuse = color(&surface.diffuse) * (1.0 - specular.max_element());
             let curve = LayerCurve { f0: specular, ..LayerCurve::dielectric(1.5) };
-            Pbr::bsdf(diffuse, 0.0, alpha(1.0 - unit(&surface.glossiness)), curve, true, matte)
+            let (frame, matte) = framed(Side::Glossy);
+            let alpha = alpha(1.0 - unit(&surface.glossiness));
+            prepared(Pbr::bsdf(diffuse, 0.0, alpha, curve, true, matte), frame)
         }
-        Surface::Unlit { .. } | Surface::Black | Surface::Layered(_) => Bsdf::Black,
-    };
-    (bsdf, frame)
+        Surface::Layered(layered) => {
+            let tint = tint(material, point);
+            let place = layered::Place { textures, point, tint, wo, wavelength };
+            let (bsdf, frame) = layered::scattering(layered, material.normal.as_ref(), &place);
+            prepared(bsdf, frame)
+        }
+        Surface::Unlit { .. } | Surface::Black => (Bsdf::Black, framed(Side::Matte).0),
+    }
 }
 
 /// The normal in tangent space that a map gives, not of unit length.

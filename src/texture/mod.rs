@@ -11,6 +11,9 @@ use crate::{
     world::{ColorSpace, Filter, Image, Texels, Texture, TextureRef, Wrap},
 };
 
+/// Texels out to which places are told apart.
+const FAR: f32 = 1e9;
+
 /// All textures of a scene; a [`TextureRef`] indexes into it.
 #[derive(Debug)]
 pub struct Textures {
@@ -50,22 +53,25 @@ impl Textures {
         let image = &self.images[texture.image.index()];
         let uv = reference.transform.transform_point2(uvs[usize::from(reference.uv_set & 1)]);
         let (width, height) = (image.width as i32, image.height as i32);
-        let position = uv * Vec2::new(width as f32, height as f32);
-        if !position.is_finite() {
-            return Vec4::ZERO;
+        let mut position = uv * Vec2::new(width as f32, height as f32);
+        if !(position.x.abs() < FAR && position.y.abs() < FAR) {
+            if !position.is_finite() {
+                return Vec4::ZERO;
+            }
+            position = position.clamp(Vec2::splat(-FAR), Vec2::splat(FAR));
         }
         let nearest = texture.filter == Filter::Nearest;
         let shifted = if nearest { position } else { position - 0.5 };
         let (x, fx) = floor(shifted.x);
         let (y, fy) = floor(shifted.y);
-        let columns = [x, x.saturating_add(1)].map(|x| wrap(texture.wrap_u, x, width) as usize);
-        let rows =
-            [y, y.saturating_add(1)].map(|y| wrap(texture.wrap_v, y, height) as usize * width as usize);
+        let left = wrap(texture.wrap_u, x, width) as usize;
+        let above = wrap(texture.wrap_v, y, height) as usize * width as usize;
         let corners = if nearest {
-            Corners { at: [rows[0] + columns[0]; 4], fx: 0.0, fy: 0.0 }
+            Corners { at: [above + left; 4], fx: 0.0, fy: 0.0 }
         } else {
-            let [above, below] = rows.map(|row| columns.map(|column| row + column));
-            Corners { at: [above[0], above[1], below[0], below[1]], fx, fy }
+            let right = wrap(texture.wrap_u, x + 1, width) as usize;
+            let below = wrap(texture.wrap_v, y + 1, height) as usize * width as usize;
+            Corners { at: [above + left, above + right, below + left, below + right], fx, fy }
         };
         match (&image.texels, texture.color_space) {
             (Texels::Rgba8(t), ColorSpace::Srgb) => corners.blend(|i| {
@@ -111,18 +117,19 @@ fn bytes([r, g, b, a]: [u8; 4]) -> Vec4 {
     Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 
-/// The whole number at or below x, and what is above it. (Without a call: the instruction is not on every processor.)
+/// The whole number at or below x, which is between ±[`FAR`], and what is above it. (Without a call: the instruction is not on
+/// every processor.)
 #[inline(always)]
 fn floor(x: f32) -> (i32, f32) {
     let truncated = x as i32;
-    let whole = truncated.saturating_sub(i32::from((truncated as f32) > x));
-    (whole, (x - whole as f32).clamp(0.0, 1.0))
+    let whole = truncated - i32::from((truncated as f32) > x);
+    (whole, x - whole as f32)
 }
 
 /// Texel index inside [0, n).
 #[inline(always)]
 fn wrap(mode: Wrap, i: i32, n: i32) -> i32 {
-    if i >= 0 && i < n {
+    if (i as u32) < n as u32 {
         return i;
     }
     match mode {
