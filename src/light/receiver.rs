@@ -75,8 +75,9 @@ impl Receiver {
                 scattered += self.glossy * a2 / (PI * t * t);
             }
             let visible = if reach > 0.0 { scattered } else { 0.0 };
-            let inside = !(distance_squared[i] > radius_squared[i]) | !(visible >= 0.0);
-            weights[i] = importance[i] * if inside { self.diffuse + self.glossy } else { visible };
+            // (neither holds of NaN, at the center)
+            let seen_whole = (distance_squared[i] > radius_squared[i]) & (visible >= 0.0);
+            weights[i] = importance[i] * if seen_whole { visible } else { self.diffuse + self.glossy };
         }
         weights
     }
