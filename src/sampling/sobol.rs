@@ -4,11 +4,11 @@
 //! (seed, pixel, set), so sets and pixels are independent of each other while each set on its own stays a
 //! (0, 2)-sequence in its first two dimensions and well stratified in all four.
 //!
-//! One scrambled sequence of [`PERIOD`] points is tabulated. A set reads it in an order of its own (the index is scrambled as
+//! One scrambled sequence of `PERIOD` points is tabulated. A set reads it in an order of its own (the index is scrambled as
 //! a number, which keeps aligned blocks of 2ᵏ points together, and each of those is a net) and flips the digits of each
 //! dimension at random: a shift is uniform, so that every estimate is unbiased and pixels are uncorrelated, and it keeps
 //! nets nets. Scrambling anew for every set costs three times as much and gains nothing that was measured. After
-//! [`PERIOD`] samples come shuffles and shifts that have nothing to do with those before.
+//! `PERIOD` samples come shuffles and shifts that have nothing to do with those before.
 //!
 //! Burley 2020, *Practical Hash-based Owen Scrambling*; the permutation is Vegdahl's improvement (2021) of
 //! Laine and Karras's. Direction numbers: Joe and Kuo 2008.
