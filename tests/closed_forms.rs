@@ -6,6 +6,7 @@ use glam::{Affine2, Affine3A, Mat3, Vec2, Vec3};
 use rayo::{
     compile::compile,
     integrator::{RayCounts, sample_pixel, trace_lamp_path},
+    light::SAMPLES_A_LAMP_PATH,
     render::{Bounces, FilterKind, PixelFilter, Settings},
     world::*,
 };
@@ -96,12 +97,15 @@ impl Stage {
         };
         let scene = compile(self.world, &settings);
         let mut counts = RayCounts::default();
-        // With every path from the camera goes one from a lamp, where lamps are focused.
+        // With some paths from the camera goes one from a lamp, where lamps are focused.
         let mut splats = Vec::new();
-        let mut sample = |i| {
+        let mut sample = |i: u32| {
             splats.clear();
-            trace_lamp_path(&scene, [0, 0], i, &mut counts, &mut splats);
-            let brought = splats.iter().map(|splat| splat.radiance).sum::<Vec3>();
+            if i.is_multiple_of(SAMPLES_A_LAMP_PATH) {
+                trace_lamp_path(&scene, [0, 0], i / SAMPLES_A_LAMP_PATH, &mut counts, &mut splats);
+            }
+            let brought =
+                SAMPLES_A_LAMP_PATH as f32 * splats.iter().map(|splat| splat.radiance).sum::<Vec3>();
             f64::from((sample_pixel(&scene, 0, 0, i, &mut counts) + brought).y)
         };
         let values: Vec<f64> = (0..samples).map(&mut sample).collect();

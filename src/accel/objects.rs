@@ -175,6 +175,17 @@ pub fn inverse(m: &Affine3A) -> Option<Affine3A> {
     (m.matrix3.determinant() != 0.0 && single.is_finite()).then_some(single)
 }
 
+impl Shape {
+    /// Center and radius of a ball around it in the world; `None` where there is nothing to hit. `blases` are those that it
+    /// refers to.
+    pub fn ball(&self, blases: &[Blas]) -> Option<(Vec3, f32)> {
+        match *self {
+            Self::Sphere { center, radius } => (radius > 0.0).then_some((center, radius)),
+            _ => bounds(blases, self).map(|b| (b.center().into(), 0.5 * b.diagonal().length())),
+        }
+    }
+}
+
 /// Bounds in the world, rounded outwards.
 fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
     /// Share of the largest coordinate: more than the roundings of a transform, there and back.

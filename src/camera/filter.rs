@@ -22,15 +22,23 @@ const CELLS: usize = 1024;
 pub struct FilterTable {
     /// x at which the integral of the filter reaches i / CELLS.
     quantiles: Vec<f32>,
-    filter: PixelFilter,
-    /// Of f over the support.
-    integral: f32,
 }
 
 impl FilterTable {
     pub fn new(filter: PixelFilter) -> Self {
         let width = filter.width as f64;
-        let f = |x: f64| value(filter.kind, width, x);
+        let f = |x: f64| match filter.kind {
+            FilterKind::Box => 1.0,
+            FilterKind::Gaussian => {
+                let gaussian = |x: f64| (-18.0 * (x / width).powi(2)).exp();
+                gaussian(x) - gaussian(width / 2.0)
+            }
+            FilterKind::BlackmanHarris => {
+                let theta = TAU * (x / width + 0.5);
+                0.35875 - 0.48829 * theta.cos() + 0.14128 * (2.0 * theta).cos()
+                    - 0.01168 * (3.0 * theta).cos()
+            }
+        };
         const STEPS: usize = 1 << 16;
         let x = |i: usize| width * (i as f64 / STEPS as f64 - 0.5);
         let mut integral = vec![0.0; STEPS + 1];
@@ -44,8 +52,7 @@ impl FilterTable {
             let part = (target - integral[i - 1]) / (integral[i] - integral[i - 1]).max(f64::MIN_POSITIVE);
             (x(i - 1) + part.clamp(0.0, 1.0) * (x(i) - x(i - 1))) as f32
         };
-        let integral = (total * width / STEPS as f64) as f32;
-        Self { quantiles: (0..=CELLS).map(quantile).collect(), filter, integral }
+        Self { quantiles: (0..=CELLS).map(quantile).collect() }
     }
 
     /// Offset from the pixel's centre, in pixels.
@@ -55,22 +62,20 @@ impl FilterTable {
 
     /// The density of [`sample`](Self::sample) at an offset, per square pixel.
     pub fn density(&self, offset: Vec2) -> f32 {
+        // exactly that of the table: as likely as any cell, and even in it
         let axis = |x: f32| {
-            let inside = x.abs() <= 0.5 * self.filter.width;
-            let f = || value(self.filter.kind, self.filter.width.into(), x.into()) as f32 / self.integral;
-            if inside { f() } else { 0.0 }
+            let above = self.quantiles.partition_point(|&q| q <= x);
+            match (above.checked_sub(1).map(|i| self.quantiles[i]), self.quantiles.get(above)) {
+                (Some(a), Some(b)) => 1.0 / (CELLS as f32 * (b - a)),
+                _ => 0.0,
+            }
         };
-        if self.filter.kind == FilterKind::Box {
-            // (a constant: no need for the table's digits)
-            let inside = offset.abs().max_element() <= 0.5 * self.filter.width;
-            return if inside { 1.0 / (self.filter.width * self.filter.width) } else { 0.0 };
-        }
         axis(offset.x) * axis(offset.y)
     }
 
     /// Half of the support's width, pixels.
     pub fn reach(&self) -> f32 {
-        0.5 * self.filter.width
+        self.quantiles[CELLS]
     }
 
     fn axis(&self, u: f32) -> f32 {
@@ -78,21 +83,6 @@ impl FilterTable {
         let i = (scaled as usize).min(CELLS - 1);
         let (a, b) = (self.quantiles[i], self.quantiles[i + 1]);
         a + (b - a) * (scaled - i as f32)
-    }
-}
-
-/// f(x), not normalised.
-fn value(kind: FilterKind, width: f64, x: f64) -> f64 {
-    match kind {
-        FilterKind::Box => 1.0,
-        FilterKind::Gaussian => {
-            let gaussian = |x: f64| (-18.0 * (x / width).powi(2)).exp();
-            gaussian(x) - gaussian(width / 2.0)
-        }
-        FilterKind::BlackmanHarris => {
-            let theta = TAU * (x / width + 0.5);
-            0.35875 - 0.48829 * theta.cos() + 0.14128 * (2.0 * theta).cos() - 0.01168 * (3.0 * theta).cos()
-        }
     }
 }
 
@@ -118,6 +108,31 @@ mod tests {
         assert!((variance(FilterKind::BlackmanHarris, 3.0) - 9.0 * second / 0.35875).abs() < 2e-3);
         // a gaussian cut at 3σ and shifted to end at 0 is a little narrower than σ = w/6
         assert!((variance(FilterKind::Gaussian, 3.0).sqrt() - 0.5).abs() < 0.03);
+    }
+
+    /// Of many offsets, the share that falls into each of 24 slices is the density's integral over it.
+    #[test]
+    fn offsets_follow_their_density() {
+        for (kind, width) in
+            [(FilterKind::Box, 1.0), (FilterKind::Gaussian, 2.0), (FilterKind::BlackmanHarris, 3.3)]
+        {
+            let table = FilterTable::new(PixelFilter { kind, width });
+            let (n, slices) = (1 << 16, 24);
+            let mut found = vec![0.0; slices];
+            for i in 0..n {
+                let x = table.axis((i as f32 + 0.5) / n as f32);
+                found[(((x / width + 0.5) * slices as f32) as usize).min(slices - 1)] += 1.0 / n as f32;
+            }
+            let middle = table.density(Vec2::ZERO).sqrt();
+            for (slice, share) in found.iter().enumerate() {
+                let at = |k: usize| (slice as f32 + (k as f32 + 0.5) / 64.0) / slices as f32 - 0.5;
+                let densities = (0..64).map(|k| table.density(Vec2::new(at(k) * width, 0.0)) / middle);
+                let expected = densities.sum::<f32>() * width / (64 * slices) as f32;
+                assert!((share - expected).abs() < 2e-4, "{kind:?}, slice {slice}: {share}, not {expected}");
+            }
+            let beyond = 0.51 * width;
+            assert_eq!([beyond, -beyond].map(|x| table.density(Vec2::new(x, 0.0))), [0.0; 2]);
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::{
     accel::{self, Accel, Blas, Build, Quality, Shape},
     camera::{Camera, FilterTable},
-    light::{Aim, Environment, Lights},
+    light::{Aim, Environment, Lights, SAMPLES_A_LAMP_PATH},
     material,
     render::{Bounces, Settings},
     texture::Textures,
@@ -41,7 +41,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let start = Instant::now();
     let blases = trees(&model.meshes, &objects, is_filtered, settings);
     let triangles_set_aside = blases.iter().map(|b| b.set_aside() as u64).sum();
-    let shapes = objects.iter().map(|object| accel::Object {
+    let shape = |object: &Object| accel::Object {
         shape: match &object.kind {
             ObjectKind::Instance { mesh, placement } => {
                 Shape::Mesh { blas: mesh.0, to_world: placement.to_world }
@@ -52,8 +52,16 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
             }
         },
         filtered: is_filtered(object),
-    });
-    let accel = Accel::build(blases, shapes.collect());
+    };
+    let shapes: Vec<accel::Object> = objects.iter().map(shape).collect();
+    let focuses: Vec<bool> = model.materials.iter().map(|m| material::focuses(m, &textures)).collect();
+    let focusing: Vec<(Vec3, f32)> = objects
+        .iter()
+        .zip(&shapes)
+        .filter(|(object, _)| object.materials.iter().any(|m| focuses[m.index()]))
+        .filter_map(|(_, object)| object.shape.ball(&blases))
+        .collect();
+    let accel = Accel::build(blases, shapes);
     let bvh_seconds = start.elapsed().as_secs_f64();
 
     let emitters = emitters::collect(&mut objects, &model.meshes, &model.materials, &textures, model.lights);
@@ -80,12 +88,11 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     let Bounces { total, diffuse, glossy, transmission } = settings.bounces;
     // Paths from lamps do not know which of a material's lobes a path from the camera would have taken.
     let aims = camera.connects() && diffuse.min(glossy).min(transmission) >= total;
-    let aim = aims.then(|| focusing(&objects, &model.meshes, &model.materials, &textures));
-    let aim = aim.and_then(|boxes| Aim::new(&emitters, &boxes));
+    let aim = aims.then(|| Aim::new(&emitters, &focusing)).flatten();
     Scene {
         lights: Lights::new(&emitters, environment),
         aim,
-        lamp_paths: window[2] as f32 * window[3] as f32,
+        lamp_paths: window[2] as f32 * window[3] as f32 / SAMPLES_A_LAMP_PATH as f32,
         window,
         accel,
         objects,
@@ -98,33 +105,6 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         bounces: settings.bounces,
         stats,
     }
-}
-
-/// Lower and upper corners of what focuses light, in the world.
-fn focusing(
-    objects: &[Object],
-    meshes: &[Mesh],
-    materials: &[Material],
-    textures: &Textures,
-) -> Vec<[Vec3; 2]> {
-    let focuses: Vec<bool> = materials.iter().map(|m| material::focuses(m, textures)).collect();
-    let corners = |points: &mut dyn Iterator<Item = Vec3>| {
-        points.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
-    };
-    objects
-        .iter()
-        .filter(|object| object.materials.iter().any(|m| focuses[m.index()]))
-        .map(|object| match &object.kind {
-            ObjectKind::Sphere { center, radius } => [*center - *radius, *center + *radius],
-            ObjectKind::Quad { origin, u, v, .. } => {
-                corners(&mut [*origin, origin + u, origin + v, origin + u + v].into_iter())
-            }
-            ObjectKind::Instance { mesh, placement } => {
-                let positions = meshes[mesh.index()].positions.iter();
-                corners(&mut positions.map(|p| placement.to_world.transform_point3(*p)))
-            }
-        })
-        .collect()
 }
 
 /// The tree of each mesh.

@@ -73,7 +73,7 @@ pub struct Scene {
     pub lights: Lights,
     /// Where light is focused by mirrors and glass: the lamps and their directions towards those.
     pub aim: Option<Aim>,
-    /// Paths from lamps for each path through a pixel.
+    /// Paths from lamps, over the whole picture, for each path through a pixel.
     pub lamp_paths: f32,
     /// x, y, width, height of the part of the picture that is rendered.
     pub window: [u32; 4],

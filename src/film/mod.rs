@@ -75,12 +75,15 @@ impl Film {
         Some(own.variance()?.as_dvec3() / f64::from(own.kept()) + self.lamps.variance(pixel))
     }
 
-    /// Luminance of a pixel and its standard error, which is infinite below two samples.
-    pub fn luminance_and_error(&self, pixel: usize) -> (f64, f64) {
-        let own = &self.pixels[pixel];
+    /// Of what a pixel shows.
+    pub fn luminance(&self, pixel: usize) -> f64 {
+        self.pixels[pixel].luminance() + self.lamps.mean(pixel).dot(LUMINANCE)
+    }
+
+    /// Standard error of [`luminance`](Self::luminance): infinite below two samples.
+    pub fn luminance_error(&self, pixel: usize) -> f64 {
         let lamps = self.lamps.variance(pixel).map(f64::sqrt).dot(LUMINANCE);
-        let luminance = own.luminance() + self.lamps.mean(pixel).dot(LUMINANCE);
-        (luminance, own.luminance_error().hypot(lamps))
+        self.pixels[pixel].luminance_error().hypot(lamps)
     }
 
     pub fn width(&self) -> u32 {

@@ -35,7 +35,7 @@ impl NoiseMap {
         // Sums by row, then over rows in order: the same bits for any number of threads.
         let mean = |sums: Vec<f64>| sums.iter().sum::<f64>() / pixels.len().max(1) as f64;
         let row = |y: usize| y * width..(y + 1) * width;
-        let root_of_row = |y| row(y).map(|i| film.luminance_and_error(i).0.sqrt()).sum();
+        let root_of_row = |y| row(y).map(|i| film.luminance(i).sqrt()).sum();
         let rows = pixels.len() / width;
         let mean_root = mean((0..rows).into_par_iter().map(root_of_row).collect());
         let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
@@ -43,8 +43,7 @@ impl NoiseMap {
         let fill_row = |(y, errors): (usize, &mut [f32])| {
             let mut squares = 0.0;
             for (error, i) in errors.iter_mut().zip(row(y)) {
-                let (luminance, uncertainty) = film.luminance_and_error(i);
-                let relative = uncertainty / luminance.max(floor);
+                let relative = film.luminance_error(i) / film.luminance(i).max(floor);
                 *error = relative as f32;
                 squares += relative * relative;
             }

@@ -20,7 +20,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{RayCounts, SHADOW_EPSILON, meet, same_side};
+use super::{RayCounts, SHADOW_EPSILON, meet, onward, same_side};
 use crate::{
     accel::Hit,
     bsdf::Bsdf,
@@ -45,8 +45,6 @@ pub struct Splat {
 const LONGEST: u32 = 16;
 /// Paths from lamps draw from other patterns than paths from the camera through the same pixel.
 const SALT: u64 = 0x6c61_6d70_7061_7468;
-/// Relative to the coordinates of a lamp's point: the error of those.
-const LAMP_ERROR: f32 = 8.0 * f32::EPSILON;
 /// Less is left to Russian roulette.
 const LEAST_SURVIVAL: f32 = 0.05;
 
@@ -55,6 +53,8 @@ const LEAST_SURVIVAL: f32 = 0.05;
 pub struct Competition {
     /// d₀² / (q cos θ₁) × ∏ η⁻²; `None` once some vertex rules it out.
     ratio: Option<f32>,
+    /// Scattering events so far.
+    events: u32,
 }
 
 impl Competition {
@@ -64,17 +64,21 @@ impl Competition {
             .aim
             .as_ref()
             .map(|_| 1.0 / (scene.camera.density(direction) * scene.filter.density(offset)));
-        Self { ratio }
+        Self { ratio, events: 0 }
     }
 
     /// The first surface, seen along `wo` from this distance.
     pub fn first(&mut self, bsdf: &Bsdf, distance: f32, cos: f32) {
+        self.events = 1;
         self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|q| q * distance * distance / cos.abs());
     }
 
     /// A surface further on that goes on by `eta`.
     pub fn next(&mut self, bsdf: &Bsdf, eta: f32) {
-        if !bsdf.is_matte() {
+        self.events += 1;
+        if self.events > LONGEST {
+            self.rule_out(); // no path from a lamp is as long
+        } else if !bsdf.is_matte() {
             self.ratio = self.ratio.filter(|_| bsdf.is_delta()).map(|r| r / (eta * eta));
         }
     }
@@ -91,7 +95,8 @@ impl Competition {
     }
 }
 
-/// Traces one path from a lamp, number `index` of those that belong to pixel (x, y), and adds what it brings to any pixels.
+/// Traces one path from a lamp, number `index` of those that belong to pixel (x, y), and adds what it brings to any
+/// pixels.
 pub fn trace_lamp_path(
     scene: &Scene,
     [x, y]: [u32; 2],
@@ -105,22 +110,16 @@ pub fn trace_lamp_path(
     let [c, d, ..] = sampler.draw4(1);
     let Some(lamp) = aim.sample([u_lamp, u_ball], Vec2::new(a, b), Vec2::new(c, d)) else { return };
     let cos = lamp.direction.dot(lamp.normal);
-    let mut flux = emitted(scene, &lamp, cos) * (cos.abs() / lamp.pdf);
+    let mut flux = scene.emission_of_light(&place(&lamp), lamp.normal, cos) * (cos.abs() / lamp.pdf);
     // r but for what the camera's end adds
     let mut ratio = scene.lamp_paths * PI * lamp.pdf / cos.abs();
-    let error = LAMP_ERROR * lamp.point.abs();
-    let mut ray = Ray::new(offset_origin(lamp.point, error, lamp.normal, lamp.direction), lamp.direction);
+    let mut ray = departing(scene, &lamp);
     for event in 0..LONGEST {
         if flux == Vec3::ZERO || event > scene.bounces.total {
             return;
         }
         counts.bounce += 1;
-        let hit = scene.accel.closest_where(&ray, |hit| {
-            let coverage = scene.coverage(&ray, hit, false);
-            let salt = (event as u64) << 58 ^ (hit.object as u64) << 32 ^ hit.primitive as u64;
-            coverage >= 1.0 || (coverage > 0.0 && sampler.hashed(salt) < coverage)
-        });
-        let Some(hit) = hit else { return };
+        let Some(hit) = meet(scene, &mut ray, &sampler, event + 1) else { return };
         let id = scene.material_id(&hit);
         let material = &scene.materials[id.index()];
         if !material::may_carry_caustics(material) {
@@ -160,13 +159,18 @@ pub fn trace_lamp_path(
             flux *= weight / survival;
             wi
         };
-        ray = Ray::new(offset_origin(point.position, point.error, point.ng, wi), wi);
+        ray = onward(&point, wi);
     }
 }
 
-fn emitted(scene: &Scene, lamp: &Departure, cos: f32) -> Vec3 {
-    let hit = Hit { t: 0.0, u: lamp.uv.x, v: lamp.uv.y, object: lamp.object, primitive: lamp.primitive };
-    scene.emission_of_light(&hit, lamp.normal, cos)
+/// The point of the lamp as a ray that starts there would have hit it.
+fn place(lamp: &Departure) -> Hit {
+    Hit { t: 0.0, u: lamp.uv.x, v: lamp.uv.y, object: lamp.object, primitive: lamp.primitive }
+}
+
+fn departing(scene: &Scene, lamp: &Departure) -> Ray {
+    let point = scene.surface_point(&Ray::new(lamp.point, lamp.direction), &place(lamp));
+    onward(&point, lamp.direction)
 }
 
 /// Flux at a matte surface.

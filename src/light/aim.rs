@@ -21,6 +21,10 @@ use crate::{
     },
 };
 
+/// Paths through a pixel for each path from a lamp. Most of what light from lamps improves a few paths improve: twice as many cost
+/// a fifth more time for a hundredth less error in a box with two balls.
+pub const SAMPLES_A_LAMP_PATH: u32 = 4;
+
 /// More objects than this are taken together as one ball: a cone's share is found by looking at all.
 const MAX_BALLS: usize = 64;
 
@@ -66,13 +70,14 @@ pub struct Departure {
 }
 
 impl Aim {
-    /// Towards objects within `boxes` (lower and upper corner). `None` where no surface emits or nothing is to be aimed at.
-    pub fn new(emitters: &[Emitter], boxes: &[[Vec3; 2]]) -> Option<Self> {
-        let mut balls: Vec<Ball> = boxes.iter().map(Ball::around).collect();
+    /// Towards objects within balls (center and radius). `None` where no surface emits or nothing is to be aimed at.
+    pub fn new(emitters: &[Emitter], objects: &[(Vec3, f32)]) -> Option<Self> {
+        let ball = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
+        let mut balls: Vec<Ball> = objects.iter().map(ball).collect();
         if balls.len() > MAX_BALLS {
-            let low = boxes.iter().map(|b| b[0]).fold(Vec3::INFINITY, Vec3::min);
-            let high = boxes.iter().map(|b| b[1]).fold(Vec3::NEG_INFINITY, Vec3::max);
-            balls = vec![Ball::around(&[low, high])];
+            let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
+            let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
+            balls = vec![ball(&(0.5 * (low + high), 0.5 * low.distance(high)))];
         }
         balls.retain(|ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0);
         let power = |emitter: &Emitter| match emitter {
@@ -132,8 +137,11 @@ impl Aim {
     }
 
     fn directions(&self, point: Vec3, direction: Vec3) -> f32 {
-        let holding = self.balls.iter().filter(|ball| ball.seen_from(point).holds(direction)).count();
-        holding as f32 / self.solid_angle(point)
+        let (holding, total) = self.balls.iter().fold((0, 0.0), |(holding, total), ball| {
+            let cone = ball.seen_from(point);
+            (holding + u32::from(cone.holds(direction)), total + cone.solid_angle)
+        });
+        holding as f32 / total
     }
 
     fn solid_angle(&self, point: Vec3) -> f32 {
@@ -142,10 +150,6 @@ impl Aim {
 }
 
 impl Ball {
-    fn around([low, high]: &[Vec3; 2]) -> Self {
-        Self { center: 0.5 * *low + 0.5 * *high, radius: MARGIN * 0.5 * low.distance(*high) }
-    }
-
     fn seen_from(&self, point: Vec3) -> Cone {
         let to_center = self.center - point;
         let distance = to_center.length();

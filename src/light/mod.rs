@@ -14,7 +14,7 @@ mod sun;
 mod tree;
 mod triangle;
 
-pub use aim::{Aim, Departure};
+pub use aim::{Aim, Departure, SAMPLES_A_LAMP_PATH};
 pub use environment::{Environment, EnvironmentSample};
 pub use lights::{Emitter, FAIR_SHARE, LightSample, Lights, Source};
 pub use punctual::{Incident, Punctual};

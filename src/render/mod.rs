@@ -85,7 +85,8 @@ where
     render_both(sample, no_lamp, settings, monitor)
 }
 
-/// `lamp` traces the path from a lamp that goes with a sample.
+/// `lamp` traces a path from a lamp, of which one goes with every [`SAMPLES_A_LAMP_PATH`](crate::light::SAMPLES_A_LAMP_PATH)
+/// samples of a pixel.
 fn render_both<S, L>(
     sample: &S,
     lamp: Option<&L>,

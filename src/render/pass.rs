@@ -9,6 +9,7 @@ use super::{Monitor, stop::Plan};
 use crate::{
     film::{Film, Pixel, Tile},
     integrator::{RayCounts, Splat},
+    light::SAMPLES_A_LAMP_PATH,
 };
 
 /// Pixels along a tile's side: small enough to share out evenly, large enough for neighbouring paths to find the same
@@ -23,8 +24,8 @@ pub fn batches() -> impl Iterator<Item = u32> {
     iter::once(1).chain(iter::successors(Some(1), |&b: &u32| Some((2 * b).min(LARGEST_BATCH))))
 }
 
-/// Tiles between two visits to the sums of what lamps bring.
-const TILES_AT_ONCE: usize = 1024;
+/// Tiles between two visits to the sums of what lamps bring: of a wide filter each may have a megabyte to bring.
+const TILES_A_THREAD: usize = 32;
 
 /// What a tile took, beside the samples of its pixels.
 #[derive(Default)]
@@ -63,9 +64,13 @@ impl Pass<'_> {
         let mut total = RayCounts::default();
         let width = film.width() as usize;
         let mut lamps = mem::take(film.lamps_mut());
-        let mut tiles = film.tiles_mut(TILE_SIDE);
-        while !tiles.is_empty() {
-            let part = tiles.split_off(tiles.len().saturating_sub(TILES_AT_ONCE));
+        let at_once = if lamp.is_some() { TILES_A_THREAD * rayon::current_num_threads() } else { usize::MAX };
+        let mut tiles = film.tiles_mut(TILE_SIDE).into_iter();
+        loop {
+            let part: Vec<Tile> = tiles.by_ref().take(at_once).collect();
+            if part.is_empty() {
+                break;
+            }
             let done: Vec<Done> = part
                 .into_par_iter()
                 .with_max_len(1)
@@ -111,8 +116,9 @@ impl Pass<'_> {
                 let new = self.run_pixel(x, y, pixel, sample, &mut rays);
                 taken += new;
                 if let Some(lamp) = lamp {
-                    done.paths += new;
-                    for index in first..first + new as u32 {
+                    let every = SAMPLES_A_LAMP_PATH;
+                    for index in first.div_ceil(every)..(first + new as u32).div_ceil(every) {
+                        done.paths += 1;
                         lamp(x + self.origin[0], y + self.origin[1], index, &mut rays, &mut done.splats);
                     }
                 }
