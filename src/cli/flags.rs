@@ -50,6 +50,10 @@ pub struct Overrides {
     #[arg(long, value_name = "ERROR", value_parser = noise)]
     noise: Option<f32>,
 
+    /// The same number of samples for every pixel; without it, more go where more noise is, for the same work in all
+    #[arg(long)]
+    uniform: bool,
+
     /// Time for rendering (loading not included), such as 90s, 5m or 1h30m
     #[arg(long, value_name = "TIME", value_parser = time)]
     time: Option<Duration>,
@@ -146,6 +150,7 @@ impl Overrides {
     pub fn apply(&self, render: &mut render::Settings, output: &mut output::Settings) {
         self.basics.apply(render);
         set(&mut render.noise, self.noise);
+        render.adaptive &= !self.uniform;
         render.time = self.time.or(render.time);
         render.threads = self.threads.or(render.threads);
         let bvh = self.bvh.map(|bvh| match bvh {

@@ -26,6 +26,7 @@ pub struct NoiseMap {
     width: usize,
     errors: Vec<f32>,
     estimate: f64,
+    floor: f64,
 }
 
 impl NoiseMap {
@@ -51,12 +52,17 @@ impl NoiseMap {
         };
         let filled = errors.par_chunks_mut(width).enumerate();
         let estimate = mean(filled.map(fill_row).collect()).sqrt();
-        Self { width, errors, estimate }
+        Self { width, errors, estimate, floor }
     }
 
     /// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.
     pub fn estimate(&self) -> Option<f32> {
         self.estimate.is_finite().then_some(self.estimate as f32)
+    }
+
+    /// f, below which the error of a luminance counts as absolute.
+    pub fn floor(&self) -> f64 {
+        self.floor
     }
 
     /// The largest relative error of the pixel and its eight neighbours. A pixel's own estimate fools itself: one that

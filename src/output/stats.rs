@@ -35,6 +35,8 @@ pub struct SettingsUsed {
     pub size: [u32; 2],
     pub crop: Option<[u32; 4]>,
     pub samples: u32,
+    /// Whether samples went where the noise was.
+    pub adaptive: bool,
     pub noise: f32,
     pub time_seconds: Option<f64>,
     pub seed: u64,
@@ -130,6 +132,7 @@ impl SettingsUsed {
             size: render.size,
             crop: render.crop,
             samples: render.samples,
+            adaptive: render.adaptive,
             noise: render.noise,
             time_seconds: render.time.map(|t| t.as_secs_f64()),
             seed: render.seed,

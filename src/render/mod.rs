@@ -1,14 +1,16 @@
 //! From a function of (pixel, sample index) to a film: passes, tiles, threads, and when to stop.
 //!
 //! A picture is made in passes over all pixels that still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
-//! each), so that there is something to show at once and little is lost when something stops. Each pass hands tiles
-//! of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their
+//! each), so that there is something to show at once and little is lost when something stops; after a quarter of the
+//! work the rest goes where the noise is (`schedule.rs`). Each pass hands tiles of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their
 //! index. Between passes the film's state alone decides which pixels go on (`stop.rs`). So the film is the same to the
 //! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
 //! holds its first n samples, whatever n it got to.
 
+mod allotment;
 mod monitor;
 mod pass;
+mod schedule;
 mod settings;
 mod stop;
 
@@ -30,6 +32,7 @@ use crate::{
     film::Film,
     integrator::{RayCounts, Splat, sample_pixel, trace_lamp_path},
 };
+use schedule::Schedule;
 use stop::Plan;
 
 /// Deep enough for tree building and scene loading, which recurse; rendering itself hardly does.
@@ -109,22 +112,19 @@ where
     let stop = || monitor.is_cancelled() || deadline.is_some_and(|end| Instant::now() >= end);
 
     let (outcome, noise) = thread_pool(settings.threads)?.install(|| {
-        let mut batches = pass::batches();
+        let mut schedule = Schedule::new(settings);
+        let mut work = pass::no_work(width, height);
         loop {
-            let plan = Plan::of(&film, settings);
+            schedule.advance(&film, &work);
+            let plan = Plan::of(&film, settings, &schedule);
             monitor.report(&plan);
             let outcome = match plan.outcome() {
                 Some(outcome) => outcome,
                 None if monitor.is_cancelled() => Outcome::Cancelled,
                 None if stop() => Outcome::TimeUp,
                 None => {
-                    let pass = pass::Pass {
-                        origin: [x, y],
-                        plan: &plan,
-                        batch: batches.next().unwrap_or(1),
-                        samples: settings.samples,
-                    };
-                    pass::add(&mut rays, pass.run(&mut film, sample, lamp, &stop, monitor));
+                    let pass = pass::Pass { origin: [x, y], plan: &plan };
+                    pass::add(&mut rays, pass.run(&mut film, &mut work, sample, lamp, &stop, monitor));
                     continue;
                 }
             };

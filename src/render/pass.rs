@@ -1,6 +1,6 @@
-//! One pass: a batch of samples for every pixel that still needs them.
+//! One pass: some samples for every pixel that still needs them.
 
-use std::{iter, mem};
+use std::mem;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,15 +14,7 @@ use crate::{
 
 /// Pixels along a tile's side: small enough to share out evenly, large enough for neighbouring paths to find the same
 /// nodes and texels in the cache.
-const TILE_SIDE: u32 = 16;
-
-/// Samples per pass once the first few have shown the picture.
-const LARGEST_BATCH: u32 = 16;
-
-/// Samples per pixel of each pass: 1, 1, 2, 4, 8, 16, 16, … so that after the first the count doubles, then grows evenly.
-pub fn batches() -> impl Iterator<Item = u32> {
-    iter::once(1).chain(iter::successors(Some(1), |&b: &u32| Some((2 * b).min(LARGEST_BATCH))))
-}
+pub const TILE_SIDE: u32 = 16;
 
 /// Tiles between two visits to the sums of what lamps bring: of a wide filter each may have a megabyte to bring.
 const TILES_A_THREAD: usize = 32;
@@ -39,19 +31,28 @@ pub struct Pass<'a> {
     /// Where the film lies in the whole picture.
     pub origin: [u32; 2],
     pub plan: &'a Plan,
-    pub batch: u32,
-    /// At most, per pixel.
-    pub samples: u32,
+}
+
+/// How long a ray takes, beside one that meets a surface: the camera's often meet nothing, and what is behind is
+/// looked up once.
+const CAMERA_RAY_WORK: f64 = 0.25;
+
+/// Of each tile, row by row: the work it took, in rays.
+pub type TileWork = Vec<f64>;
+
+pub fn no_work(width: u32, height: u32) -> TileWork {
+    vec![0.0; width.div_ceil(TILE_SIDE) as usize * height.div_ceil(TILE_SIDE) as usize]
 }
 
 impl Pass<'_> {
-    /// Adds the pass's samples to the film, or those of them that were taken before `stop` said so.
+    /// Adds the pass's samples to the film and their rays to `work`, or those of them that were taken before `stop` said so.
     ///
     /// What paths from lamps bring is written to the film tile by tile in their order, for the same bits whatever the
     /// threads, and after so many tiles that the list of it stays short.
     pub fn run<S, L>(
         &self,
         film: &mut Film,
+        work: &mut TileWork,
         sample: &S,
         lamp: Option<&L>,
         stop: &(impl Fn() -> bool + Sync),
@@ -66,6 +67,7 @@ impl Pass<'_> {
         let mut lamps = mem::take(film.lamps_mut());
         let at_once = if lamp.is_some() { TILES_A_THREAD * rayon::current_num_threads() } else { usize::MAX };
         let mut tiles = film.tiles_mut(TILE_SIDE).into_iter();
+        let mut work = work.iter_mut();
         loop {
             let part: Vec<Tile> = tiles.by_ref().take(at_once).collect();
             if part.is_empty() {
@@ -77,6 +79,9 @@ impl Pass<'_> {
                 .map(|tile| self.run_tile(tile, sample, lamp, stop, monitor))
                 .collect();
             for Done { rays, paths, splats } in done {
+                if let Some(work) = work.next() {
+                    *work += CAMERA_RAY_WORK * rays.camera as f64 + (rays.bounce + rays.shadow) as f64;
+                }
                 add(&mut total, rays);
                 lamps.count(paths);
                 for Splat { x, y, radiance } in splats {
@@ -106,7 +111,7 @@ impl Pass<'_> {
             let mut rays = RayCounts::default();
             let mut taken = 0;
             for (x, pixel) in (tile.x..).zip(row) {
-                if !self.plan.is_active(x, y) {
+                if self.plan.end(x, y) <= pixel.taken() {
                     continue;
                 }
                 if stop() {
@@ -134,7 +139,7 @@ impl Pass<'_> {
         S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
     {
         let first = pixel.taken();
-        let end = first.saturating_add(self.batch).min(self.samples);
+        let end = self.plan.end(x, y);
         for index in first..end {
             pixel.add(sample(x + self.origin[0], y + self.origin[1], index, rays));
         }

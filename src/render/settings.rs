@@ -49,8 +49,10 @@ pub struct Settings {
     pub size: [u32; 2],
     /// x, y, width, height in pixels from the top left: only this part is rendered and written.
     pub crop: Option<[u32; 4]>,
-    /// At most, per pixel.
+    /// Per pixel, at most; where `adaptive`, the picture takes as much work as so many of every pixel.
     pub samples: u32,
+    /// Samples go where the noise is; otherwise every pixel gets the same number.
+    pub adaptive: bool,
     /// A pixel stops when its estimated relative error is below this; 0 never stops early.
     pub noise: f32,
     pub time: Option<Duration>,
@@ -140,6 +142,7 @@ impl Default for Settings {
             size: [1280, 720],
             crop: None,
             samples: 256,
+            adaptive: true,
             noise: 0.0,
             time: None,
             seed: 0,

@@ -1,6 +1,6 @@
 //! Which pixels go on: decided between passes, from the film alone.
 //!
-//! A pixel stops for good at `samples`. With a noise threshold it stops earlier, once
+//! A pixel stops for good when it has its share of samples (`schedule.rs`). With a noise threshold it stops earlier, once
 //!
 //! 1. it has at least max(32, 1 / noise) samples: what was not met in n samples, and would have to be as bright as
 //!    the pixel to matter, can move its mean by about 1/n; and the estimate of an error needs some samples itself;
@@ -17,7 +17,7 @@
 
 use rayon::prelude::*;
 
-use super::{Outcome, Settings};
+use super::{Outcome, Settings, schedule::Schedule};
 use crate::film::{Film, NoiseMap};
 
 /// Below this many samples an estimate of their spread says little.
@@ -26,7 +26,8 @@ const LEAST_SAMPLES: u32 = 32;
 /// What is left to do, and how noisy the film is.
 pub struct Plan {
     width: usize,
-    active: Vec<bool>,
+    /// Of each pixel: its samples after the next pass, if it takes part.
+    ends: Vec<u32>,
     totals: Totals,
     pub noise: Option<f32>,
 }
@@ -40,21 +41,25 @@ struct Totals {
 }
 
 impl Plan {
-    pub fn of(film: &Film, settings: &Settings) -> Self {
+    pub fn of(film: &Film, settings: &Settings, schedule: &Schedule) -> Self {
         let width = film.width().max(1) as usize;
         let noise_map = NoiseMap::of(film);
-        let mut active = vec![false; film.pixels().len()];
-        let rows = active.par_chunks_mut(width).zip(film.pixels().par_chunks(width));
+        let mut ends = vec![0; film.pixels().len()];
+        let rows = ends.par_chunks_mut(width).zip(film.pixels().par_chunks(width));
         let totals = rows
             .enumerate()
-            .map(|(y, (active, row))| {
+            .map(|(y, (ends, row))| {
                 let mut totals = Totals::default();
-                for (x, (active, pixel)) in active.iter_mut().zip(row).enumerate() {
-                    let expected = expected_samples(pixel.taken(), settings, || noise_map.around(x, y));
-                    *active = expected > 0;
-                    totals.taken += u64::from(pixel.taken());
+                for (x, (end, pixel)) in ends.iter_mut().zip(row).enumerate() {
+                    let (i, taken) = (y * width + x, pixel.taken());
+                    let goal = schedule.goal(i);
+                    let expected = expected_samples(taken, goal, settings.noise, || noise_map.around(x, y));
+                    if expected > 0 {
+                        *end = schedule.end(i, taken).min(goal);
+                    }
+                    totals.taken += u64::from(taken);
                     totals.expected += u64::from(expected);
-                    totals.complete += usize::from(pixel.taken() >= settings.samples);
+                    totals.complete += usize::from(taken >= goal);
                 }
                 totals
             })
@@ -63,7 +68,7 @@ impl Plan {
                 expected: a.expected + b.expected,
                 complete: a.complete + b.complete,
             });
-        Self { width, active, totals, noise: noise_map.estimate() }
+        Self { width, ends, totals, noise: noise_map.estimate() }
     }
 
     /// Samples taken so far, over all pixels.
@@ -76,13 +81,14 @@ impl Plan {
         self.totals.expected
     }
 
-    pub fn is_active(&self, x: u32, y: u32) -> bool {
-        self.active[y as usize * self.width + x as usize]
+    /// The number of samples that the pixel is to have after the next pass; 0 where it rests.
+    pub fn end(&self, x: u32, y: u32) -> u32 {
+        self.ends[y as usize * self.width + x as usize]
     }
 
     /// How rendering ended, where nothing is left to do.
     pub fn outcome(&self) -> Option<Outcome> {
-        match (self.totals.expected, self.totals.complete == self.active.len()) {
+        match (self.totals.expected, self.totals.complete == self.ends.len()) {
             (0, true) => Some(Outcome::Finished),
             (0, false) => Some(Outcome::NoiseReached),
             _ => None,
@@ -91,17 +97,17 @@ impl Plan {
 }
 
 /// How many more samples a pixel needs: 0 where it has settled, else a guess of at least 1.
-fn expected_samples(taken: u32, settings: &Settings, error: impl Fn() -> f32) -> u32 {
-    let left = settings.samples.saturating_sub(taken);
-    if settings.noise <= 0.0 || left == 0 {
+fn expected_samples(taken: u32, goal: u32, noise: f32, error: impl Fn() -> f32) -> u32 {
+    let left = goal.saturating_sub(taken);
+    if noise <= 0.0 || left == 0 {
         return left;
     }
-    let least = LEAST_SAMPLES.max((1.0 / settings.noise) as u32);
+    let least = LEAST_SAMPLES.max((1.0 / noise) as u32);
     let error = error();
-    if taken >= least && error < settings.noise {
+    if taken >= least && error < noise {
         return 0;
     }
     // Errors fall as 1/√n.
-    let needed = taken.max(least) as f32 * (error / settings.noise).powi(2);
+    let needed = taken.max(least) as f32 * (error / noise).powi(2);
     (needed - taken as f32).clamp(1.0, left as f32) as u32
 }

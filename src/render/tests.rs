@@ -12,11 +12,12 @@ fn noisy(x: u32, y: u32, index: u32, rays: &mut RayCounts) -> Vec3 {
     rays.camera += 1;
     rays.shadow += 2;
     let u = |k| uniform(index, (y * 4096 + x) * 4 + k);
-    if u(3) < 1e-3 { Vec3::NAN } else { Vec3::new(u(0), u(1) * (x % 7) as f32, 10.0 * u(2)) }
+    let steady = if x < 40 { 0.0 } else { 2.0 };
+    if u(3) < 1e-3 { Vec3::NAN } else { steady + Vec3::new(u(0), u(1) * (x % 7) as f32, 10.0 * u(2)) }
 }
 
 fn settings(size: [u32; 2], samples: u32) -> Settings {
-    Settings { size, samples, ..Settings::default() }
+    Settings { size, samples, adaptive: false, ..Settings::default() }
 }
 
 fn run<S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync>(sample: S, settings: &Settings) -> Rendering {
@@ -25,15 +26,15 @@ fn run<S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync>(sample: S, settings:
 
 #[test]
 fn same_bits_for_any_number_of_threads() {
-    for noise in [0.0, 0.05] {
+    for (noise, adaptive) in [(0.0, false), (0.05, false), (0.0, true)] {
         let films = [1, 2, 7].map(|threads| {
-            run(noisy, &Settings { threads: Some(threads), noise, ..settings([83, 45], 300) }).film
+            run(noisy, &Settings { threads: Some(threads), noise, adaptive, ..settings([83, 45], 300) }).film
         });
         assert_eq!(films[0], films[1]);
         assert_eq!(films[0], films[2]);
         let counts = films[0].sample_counts();
         assert!(counts.dropped > 0);
-        assert_eq!(counts.min < counts.max, noise > 0.0, "{counts:?}");
+        assert_eq!(counts.min < counts.max, noise > 0.0 || adaptive, "{counts:?}");
     }
 }
 
@@ -155,4 +156,73 @@ fn the_noise_rule_hardly_biases_rare_bright_paths() {
             );
         }
     }
+}
+
+fn adaptive(size: [u32; 2], samples: u32) -> Settings {
+    Settings { adaptive: true, ..settings(size, samples) }
+}
+
+/// Four columns of pixels: noise of amplitude 1 or 8, samples of one ray or of four. The error is least with √(v/c).
+#[test]
+fn samples_go_as_the_root_of_variance_over_cost() {
+    let sample = |x: u32, y: u32, index, rays: &mut RayCounts| {
+        rays.bounce += 1 + 3 * u64::from(x / 64 % 2);
+        let amplitude = if x / 128 == 0 { 0.1 } else { 0.8 };
+        Vec3::splat(1.0 + amplitude * (uniform(index, y * 1024 + x) - 0.5))
+    };
+    let done = run(sample, &adaptive([256, 64], 256));
+    assert_eq!(done.outcome, Outcome::Finished);
+    let mean = |column: u32| {
+        let taken = |x, y| f64::from(done.film.pixel(64 * column + x, y).taken());
+        (16..48).map(|x| (0..64).map(|y| taken(x, y)).sum::<f64>()).sum::<f64>() / (32.0 * 64.0)
+    };
+    // in proportion 2 : 1 : 16 : 8, of which none is below a quarter: 64, 64, 16 s, 8 s with 64 + 256 + 16 s + 32 s = 10 × 256
+    let s = (2560.0 - 320.0) / 48.0;
+    for (column, expected) in [64.0, 64.0, 16.0 * s, 8.0 * s].into_iter().enumerate() {
+        let mean = mean(column as u32);
+        assert!((mean / expected - 1.0).abs() < 0.05, "column {column}: {mean} instead of {expected}");
+    }
+    let work = done.rays.bounce as f64 / (256.0 * 64.0 * 256.0 * 2.5);
+    assert!((work - 1.0).abs() < 0.02, "{work} of the work");
+}
+
+/// One path in 1/p is far brighter than the rest. Were a pixel's own samples asked how many it needs, those that have met none
+/// would get fewer and count as much: the picture would be too dark by many times its standard error.
+#[test]
+fn rare_bright_paths_keep_their_mean() {
+    for (p, bright) in [(0.02f32, 10.0f32), (0.005, 40.0), (0.0005, 400.0)] {
+        let rare = |x: u32, y: u32, index, rays: &mut RayCounts| {
+            rays.bounce += 1;
+            let dim = uniform(index, 2 * (y * 1024 + x));
+            Vec3::splat(if uniform(index, 2 * (y * 1024 + x) + 1) < p { bright } else { dim })
+        };
+        let done = run(rare, &adaptive([256, 256], 32));
+        let counts = done.film.sample_counts();
+        assert!(counts.min < 32 && counts.max > 32, "{counts:?}");
+        let pixels = done.film.pixels();
+        let truth = f64::from((1.0 - p) * 0.5 + p * bright);
+        let variance = f64::from((1.0 - p) / 3.0 + p * bright * bright) - truth * truth;
+        let mean = pixels.iter().map(Pixel::luminance).sum::<f64>() / pixels.len() as f64;
+        let error = pixels.iter().map(|pixel| variance / f64::from(pixel.kept())).sum::<f64>().sqrt();
+        let z = (mean - truth) / (error / pixels.len() as f64);
+        assert!(
+            z.abs() < 3.5,
+            "{bright} in one of {} paths: mean {mean}, expected {truth}, z {z:.2}",
+            1.0 / p
+        );
+    }
+}
+
+#[test]
+fn a_picture_without_noise_takes_only_the_first_samples() {
+    let flat = |_, _, _, rays: &mut RayCounts| {
+        rays.camera += 1;
+        Vec3::ONE
+    };
+    let done = run(flat, &adaptive([40, 30], 64));
+    assert_eq!((done.outcome, done.film.sample_counts().max), (Outcome::Finished, 16));
+    // a lonely pixel has nobody to ask and gets all; samples that are no numbers are no noise
+    assert_eq!(run(noisy, &adaptive([1, 1], 64)).film.pixel(0, 0).taken(), 64);
+    let nan = |_, _, _, _: &mut RayCounts| Vec3::NAN;
+    assert_eq!(run(nan, &adaptive([9, 9], 64)).film.sample_counts().max, 16);
 }

@@ -25,8 +25,10 @@ table! {
     struct Render {
         /// Width and height of the picture, pixels.
         size: Size = Size([1280, 720]),
-        /// At most this many samples are taken for each pixel.
+        /// Samples per pixel. Where they are spread adaptively, some get more and others fewer, for the same work in all.
         samples: u32 = 256; from(1.0).to(MAX_SAMPLES as f64),
+        /// Samples go where the noise is. Otherwise every pixel gets the same number.
+        adaptive: bool = true,
         /// A pixel stops when its estimated relative error is below this. 0: never early.
         noise: f32 = 0.0; from(0.0).below(1.0),
         /// Rendering stops after this time: seconds, or "90s", "5m", "1h30m". Without it: no limit.
@@ -123,6 +125,7 @@ impl Render {
             size: self.size.0,
             crop: self.crop.map(|crop| crop.0),
             samples: self.samples,
+            adaptive: self.adaptive,
             noise: self.noise,
             time: self.time.map(|time| time.0),
             seed: self.seed,

@@ -102,13 +102,14 @@ pub enum Error {
 }
 
 /// The settings under which renderers can be compared: a box filter of one pixel, which all have, every sample asked
-/// for, the whole picture, an even number of samples.
+/// for in every pixel, the whole picture, an even number of samples.
 pub fn neutral(settings: &render::Settings) -> render::Settings {
     render::Settings {
         crop: None,
         noise: 0.0,
         time: None,
         samples: settings.samples.next_multiple_of(2),
+        adaptive: false,
         filter: PixelFilter { kind: FilterKind::Box, width: 1.0 },
         ..settings.clone()
     }

@@ -1,4 +1,5 @@
-//! Paths from lamps leave the mean alone: the same picture as by paths from the camera alone, with far less noise.
+//! Paths from lamps, and samples where the noise is, leave the mean alone: the same picture as by as many paths from the camera
+//! for every pixel, with less noise.
 
 use std::path::Path;
 
@@ -19,14 +20,26 @@ struct Shown {
     noise: f64,
 }
 
-fn show(text: &str, lamps: bool, filter: PixelFilter, samples: u32) -> Shown {
+/// How a picture is estimated.
+#[derive(Clone, Copy)]
+struct Way {
+    lamps: bool,
+    adaptive: bool,
+    samples: u32,
+    seed: u64,
+}
+
+/// By paths from the camera alone, the same number for every pixel.
+const PLAIN: Way = Way { lamps: false, adaptive: false, samples: 4096, seed: 10 };
+
+fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
+    let Way { lamps, adaptive, samples, seed } = way;
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("written");
     let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
     let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
-    let settings =
-        Settings { size: [SIZE; 2], samples, filter, seed: if lamps { 9 } else { 10 }, ..settings };
+    let settings = Settings { size: [SIZE; 2], samples, adaptive, filter, seed, ..settings };
     let mut scene = compile(world, &settings);
     assert!(scene.aim.is_some(), "there is glass and a lamp");
     if !lamps {
@@ -130,7 +143,8 @@ material = "lamp"
 "#;
 
 fn check(name: &str, text: &str, filter: PixelFilter) {
-    let [with, without] = [(true, 1024), (false, 4096)].map(|(lamps, n)| show(text, lamps, filter, n));
+    let lamps = Way { lamps: true, samples: 1024, seed: 9, ..PLAIN };
+    let [with, without] = [lamps, PLAIN].map(|way| show(text, filter, way));
     assert_same(name, &with, &without);
 }
 
@@ -147,6 +161,17 @@ fn a_round_lamp_through_a_lens_and_a_wide_filter() {
 
 #[test]
 fn most_of_the_noise_is_gone() {
-    let [with, without] = [true, false].map(|lamps| show(&room(SMALL, ""), lamps, BOX, 512).noise);
+    let noise = |lamps| show(&room(SMALL, ""), BOX, Way { lamps, samples: 512, ..PLAIN }).noise;
+    let [with, without] = [true, false].map(noise);
     assert!(with < without / 8.0, "noise {with} with, {without} without");
+}
+
+#[test]
+fn samples_where_the_noise_is() {
+    let text = room(QUAD, "");
+    let plain = show(&text, BOX, PLAIN);
+    for lamps in [false, true] {
+        let way = Way { lamps, adaptive: true, samples: 512, seed: 11 };
+        assert_same(&format!("adaptive, lamps {lamps}"), &show(&text, BOX, way), &plain);
+    }
 }
