@@ -67,6 +67,7 @@ def read_options():
     parser.add_argument("--repeat", type=int, help="how often; default: 5 (quick: 2)")
     parser.add_argument("--reference-samples", type=int, help="of the converged pictures; default: 2048 (quick: 256)")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--uniform", action="store_true", help="rayo, too, takes the same number of samples for every pixel")
     parser.add_argument("--quick", action="store_true", help="pictures of half the width and height, few samples")
     options = parser.parse_args()
     quick = options.quick
@@ -195,6 +196,7 @@ class Bench:
         folder = self.folder(shot["name"], renderer)
         if renderer == "rayo":
             command = [self.rayo, "render", shot["scene"], "-q", "-o", picture, "--stats", stats, *common]
+            command += ["--uniform"] * self.options.uniform
         elif renderer == "cycles":
             command = [sys.executable, folder / "scene.py", "--output", picture, *common]
         else:
