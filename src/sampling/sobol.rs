@@ -77,7 +77,6 @@ pub struct PixelSampler {
     table: &'static [[u32; 4]],
     /// Of the pixel and the period.
     key: u64,
-    index: u32,
     /// Place in the table before any shuffle, in the uppermost bits.
     place: u32,
 }
@@ -87,7 +86,7 @@ impl PixelSampler {
         let pixel = mix(seed ^ mix((x as u64) << 32 | y as u64));
         let (period, within) = (index / PERIOD, index % PERIOD);
         let key = pixel ^ (u64::from(period)).wrapping_mul(0x9fb2_1c65_1e98_df25);
-        Self { table: &TABLE, key, index, place: within.reverse_bits() }
+        Self { table: &TABLE, key, place: within.reverse_bits() }
     }
 
     /// Four stratified numbers in [0, 1). Each `set` is independent of the others.
@@ -108,11 +107,17 @@ impl PixelSampler {
     }
 
     /// A number in [0, 1) for a decision that belongs to something met on the way (such as the coverage of a
-    /// triangle): the same for the same `salt`, independent of all others.
+    /// triangle): the same for the same `salt`, independent of all others. Stratified among the samples of the pixel that
+    /// meet the same.
     pub fn hashed(&self, salt: u64) -> f32 {
-        unit((mix(salt ^ mix(self.key ^ self.index as u64)) >> 32) as u32)
+        let a = mix(mix(salt ^ HASHED) ^ self.key);
+        let place = permute(self.place, (a >> 32) as u32) >> (32 - PERIOD_BITS);
+        unit(self.table[place as usize][0] ^ a as u32)
     }
 }
+
+/// Sets numbers for what is met apart from those drawn in order.
+const HASHED: u64 = 0x6d65_7420_6f6e_2069;
 
 /// The top 24 bits as a float in [0, 1).
 fn unit(x: u32) -> f32 {
@@ -188,6 +193,20 @@ mod tests {
         }
         let independent = ((9.0f64 / 8.0).powi(4) - 1.0) / 1024.0;
         assert!(squared < 0.05 * independent, "{squared:.2e} against {independent:.2e}");
+    }
+
+    #[test]
+    fn decisions_are_stratified_among_samples_and_independent_of_each_other() {
+        let n = 1 << 12;
+        let numbers = |salt| (0..n).map(move |i| PixelSampler::new(7, 5, 3, i).hashed(salt));
+        for salt in [0, 1, 1 << 58] {
+            let mut cells = vec![0; 256];
+            numbers(salt).take(256).for_each(|u| cells[(u * 256.0) as usize] += 1);
+            assert!(cells.iter().all(|&c| c == 1), "salt {salt}");
+        }
+        let mean = |f: &dyn Fn((f32, f32)) -> f32| numbers(0).zip(numbers(1)).map(f).sum::<f32>() / n as f32;
+        let correlation = 12.0 * mean(&|(a, b)| (a - 0.5) * (b - 0.5));
+        assert!(correlation.abs() < 0.05, "{correlation}");
     }
 
     #[test]
