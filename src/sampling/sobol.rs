@@ -75,8 +75,10 @@ const fn directions(m: &[u32], a: u32, degree: usize) -> [u32; 32] {
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
     table: &'static [[u32; 4]],
+    pixel: u64,
     /// Of the pixel and the period.
     key: u64,
+    index: u32,
     /// Place in the table before any shuffle, in the uppermost bits.
     place: u32,
 }
@@ -84,9 +86,19 @@ pub struct PixelSampler {
 impl PixelSampler {
     pub fn new(seed: u64, x: u32, y: u32, index: u32) -> Self {
         let pixel = mix(seed ^ mix((x as u64) << 32 | y as u64));
-        let (period, within) = (index / PERIOD, index % PERIOD);
-        let key = pixel ^ (u64::from(period)).wrapping_mul(0x9fb2_1c65_1e98_df25);
-        Self { table: &TABLE, key, place: within.reverse_bits() }
+        Self { table: &TABLE, pixel, key: 0, index: 0, place: 0 }.at(u64::from(index))
+    }
+
+    /// One of the `branches` that a path has from some vertex on. In the sets that only branches draw from, those of all samples
+    /// together are well spread.
+    pub fn branch(&self, branch: u32, branches: u32) -> Self {
+        self.at(u64::from(self.index) * u64::from(branches) + u64::from(branch))
+    }
+
+    fn at(&self, index: u64) -> Self {
+        let (period, within) = (index / u64::from(PERIOD), (index % u64::from(PERIOD)) as u32);
+        let key = self.pixel ^ period.wrapping_mul(0x9fb2_1c65_1e98_df25);
+        Self { key, index: index as u32, place: within.reverse_bits(), ..*self }
     }
 
     /// Four stratified numbers in [0, 1). Each `set` is independent of the others.
@@ -193,6 +205,19 @@ mod tests {
         }
         let independent = ((9.0f64 / 8.0).powi(4) - 1.0) / 1024.0;
         assert!(squared < 0.05 * independent, "{squared:.2e} against {independent:.2e}");
+    }
+
+    /// Those of all samples together, as if each were a sample.
+    #[test]
+    fn branches_are_a_net_together() {
+        let mut cells = [0; 64];
+        for i in 0..32 {
+            for branch in 0..2 {
+                let p = PixelSampler::new(7, 5, 3, i).branch(branch, 2).draw4(3);
+                cells[(p[0] * 8.0) as usize * 8 + (p[1] * 8.0) as usize] += 1;
+            }
+        }
+        assert!(cells.iter().all(|&c| c == 1), "{cells:?}");
     }
 
     #[test]
