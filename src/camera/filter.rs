@@ -22,6 +22,8 @@ const CELLS: usize = 1024;
 pub struct FilterTable {
     /// x at which the integral of the filter reaches i / CELLS.
     quantiles: Vec<f32>,
+    /// Of a box, which needs no table.
+    even: Option<f32>,
 }
 
 impl FilterTable {
@@ -52,12 +54,16 @@ impl FilterTable {
             let part = (target - integral[i - 1]) / (integral[i] - integral[i - 1]).max(f64::MIN_POSITIVE);
             (x(i - 1) + part.clamp(0.0, 1.0) * (x(i) - x(i - 1))) as f32
         };
-        Self { quantiles: (0..=CELLS).map(quantile).collect() }
+        let even = (filter.kind == FilterKind::Box).then_some(filter.width);
+        Self { quantiles: (0..=CELLS).map(quantile).collect(), even }
     }
 
     /// Offset from the pixel's centre, in pixels.
     pub fn sample(&self, u: Vec2) -> Vec2 {
-        Vec2::new(self.axis(u.x), self.axis(u.y))
+        match self.even {
+            Some(width) => (u - 0.5) * width,
+            None => Vec2::new(self.axis(u.x), self.axis(u.y)),
+        }
     }
 
     /// The density of [`sample`](Self::sample) at an offset, per square pixel.

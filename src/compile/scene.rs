@@ -75,6 +75,8 @@ pub struct Scene {
     pub aim: Option<Aim>,
     /// Paths from lamps, over the whole picture, for each path through a pixel.
     pub lamp_paths: f32,
+    /// Paths that the first surface lit from afar sends on for each that arrives there; at least one.
+    pub branches: u32,
     /// x, y, width, height of the part of the picture that is rendered.
     pub window: [u32; 4],
     pub camera: Camera,

@@ -6,6 +6,8 @@
 //! ```
 //!
 //! with the power heuristic for w. Vertices whose BSDF is a delta cannot choose a light, and what they meet weighs 1.
+//! The first surface that spreads light from afar may send several paths on, which share the way to it ([`Scene::branches`]).
+//!
 //! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
 //! roulette on the throughput, which leaves the mean alone.
 //!
@@ -49,6 +51,7 @@ const DISPERSION_SALT: u64 = 0x6469_7370_6572_7365;
 const MAX_PASSES: u32 = 256;
 
 /// How the ray now traced was drawn: what it meets by chance weighs against what could have been chosen on purpose.
+#[derive(Clone, Copy)]
 struct Arrival {
     /// The surface point the ray left.
     from: Vec3,
@@ -70,116 +73,226 @@ pub fn sample_pixel(scene: &Scene, x: u32, y: u32, index: u32, counts: &mut RayC
     trace_path(scene, ray, competition, &sampler, counts)
 }
 
+/// A way that light may have come, from the camera as far as it has been followed.
+#[derive(Clone)]
+struct Path {
+    /// Leaves the last vertex.
+    ray: Ray,
+    arrival: Arrival,
+    /// Gathered so far.
+    radiance: Vec3,
+    throughput: Vec3,
+    /// Squared ratio of refractive indices along the path: what refraction did to the throughput is no reason to end it.
+    eta_scale: f32,
+    competition: Competition,
+    bounces: BounceCounts,
+    media: Media,
+    /// In nm, once a surface has asked for it.
+    wavelength: Option<f32>,
+    /// Surfaces met.
+    index: u32,
+    /// Walls passed.
+    passes: u32,
+}
+
+/// A surface on the path that scatters light.
+struct Surface {
+    point: SurfacePoint,
+    bsdf: Bsdf,
+    frame: Frame,
+    wo: Vec3,
+    local_wo: Vec3,
+    /// The medium that it bounds, and its material.
+    boundary: Option<(u32, Vec3)>,
+    /// A wall without thickness.
+    is_wall: bool,
+}
+
 fn trace_path(
     scene: &Scene,
-    mut ray: Ray,
-    mut competition: Competition,
+    ray: Ray,
+    competition: Competition,
     sampler: &PixelSampler,
     counts: &mut RayCounts,
 ) -> Vec3 {
-    let mut radiance = Vec3::ZERO;
-    let mut throughput = Vec3::ONE;
-    // squared ratio of refractive indices along the path: what refraction did to the throughput is no reason to end it
-    let mut eta_scale = 1.0;
-    let mut arrival = Arrival { from: ray.origin, pdf: None };
-    let mut bounces = BounceCounts::default();
-    let mut media = Media::default();
-    let mut wavelength = None;
-    let mut passes = 0;
-    for index in 0.. {
-        let Some(hit) = meet(scene, &mut ray, sampler, index) else {
-            radiance += throughput * escaped(scene, &ray, &arrival, index == 0);
-            break;
-        };
-        let id = scene.material_id(&hit);
-        let material = &scene.materials[id.index()];
-        let point = scene.surface_point(&ray, &hit);
-        let wo = -ray.direction;
-        let boundary = material::medium(material).map(|absorption| (id.0, absorption));
-        match boundary {
-            Some(medium) if wo.dot(point.ng) < 0.0 => throughput *= beer(media.behind(medium), hit.t),
-            _ if media.is_empty() => {}
-            _ => throughput *= beer(media.absorption(), hit.t),
+    let mut stem = Path::new(ray, competition);
+    while let Some(surface) = stem.arrive(scene, sampler, counts) {
+        if surface.branches(scene) {
+            return stem.radiance + branched(scene, &stem, &surface, sampler, counts);
         }
-        if let Some(color) = material::unlit(material, &scene.textures, &point) {
-            radiance += throughput * color;
+        if !stem.scatter(scene, &surface, sampler, counts) {
             break;
         }
-        let found = emitted(scene, &hit, &point, wo, &arrival);
-        if found != Vec3::ZERO {
-            let weight = match arrival.pdf {
-                None if index > 0 => competition.weight(scene, scene.emitter(&hit), &point, wo),
-                _ => 1.0,
+    }
+    stem.radiance
+}
+
+/// What comes by way of a surface that the stem has arrived at: the mean of several paths from there on.
+fn branched(
+    scene: &Scene,
+    stem: &Path,
+    surface: &Surface,
+    sampler: &PixelSampler,
+    counts: &mut RayCounts,
+) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for branch in 0..scene.branches {
+        let sampler = sampler.branch(branch, scene.branches);
+        let mut path = Path { radiance: Vec3::ZERO, ..stem.clone() };
+        let mut goes_on = path.scatter(scene, surface, &sampler, counts);
+        while goes_on && let Some(surface) = path.arrive(scene, &sampler, counts) {
+            goes_on = path.scatter(scene, &surface, &sampler, counts);
+        }
+        sum += path.radiance;
+    }
+    sum / scene.branches as f32
+}
+
+impl Surface {
+    /// Whether several paths go on from it, if it is the first that does so: where it spreads light that comes from afar. What is behind a
+    /// pixel is known by then, and another direction costs little, since most that leave the surface leave the scene. (Among
+    /// lamps and walls the rest of a path costs more than its beginning, and the noise of edges within a pixel is not
+    /// lessened.)
+    fn branches(&self, scene: &Scene) -> bool {
+        let spreads = !self.is_wall && !self.bsdf.is_delta();
+        scene.branches > 1 && spreads && scene.lights.are_mostly_far(self.point.position)
+    }
+}
+
+impl Path {
+    fn new(ray: Ray, competition: Competition) -> Self {
+        Self {
+            ray,
+            arrival: Arrival { from: ray.origin, pdf: None },
+            radiance: Vec3::ZERO,
+            throughput: Vec3::ONE,
+            eta_scale: 1.0,
+            competition,
+            bounces: BounceCounts::default(),
+            media: Media::default(),
+            wavelength: None,
+            index: 0,
+            passes: 0,
+        }
+    }
+
+    /// Follows the ray to the next surface that scatters and adds the light that comes from there; `None` where the path ends.
+    fn arrive(&mut self, scene: &Scene, sampler: &PixelSampler, counts: &mut RayCounts) -> Option<Surface> {
+        loop {
+            let first = self.index == 0;
+            let Some(hit) = meet(scene, &mut self.ray, sampler, self.index) else {
+                self.radiance += self.throughput * escaped(scene, &self.ray, &self.arrival, first);
+                return None;
             };
-            radiance += throughput * found * weight;
-        }
-        if bounces.exhausted(scene) {
-            // Light that needs no more scattering may still be behind walls.
-            throughput *= material::passed_straight(material, &scene.textures, &point, wo);
-            if throughput == Vec3::ZERO || passes == MAX_PASSES {
-                break;
+            let id = scene.material_id(&hit);
+            let material = &scene.materials[id.index()];
+            let point = scene.surface_point(&self.ray, &hit);
+            let wo = -self.ray.direction;
+            let boundary = material::medium(material).map(|absorption| (id.0, absorption));
+            match boundary {
+                Some(medium) if wo.dot(point.ng) < 0.0 => {
+                    self.throughput *= beer(self.media.behind(medium), hit.t);
+                }
+                _ if self.media.is_empty() => {}
+                _ => self.throughput *= beer(self.media.absorption(), hit.t),
             }
-            passes += 1;
-            competition.rule_out();
-            ray = onward(&point, -wo);
-            counts.bounce += 1;
-            continue;
-        }
-        if wavelength.is_none() && material::disperses(material) {
-            let (nm, weight) = wavelength::draw(sampler.hashed(DISPERSION_SALT));
-            wavelength = Some(nm);
-            throughput *= weight;
-        }
-        let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo, wavelength);
-        let local_wo = frame.to_local(wo);
-        if !bsdf.is_delta() {
-            let vertex =
-                Vertex { point: &point, bsdf: &bsdf, frame: &frame, local_wo, media: &media, boundary };
-            radiance += throughput * direct_light(scene, &vertex, sampler.draw4(2 + 2 * index), counts);
-        }
-        let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * index);
-        let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { break };
-        let wi = frame.to_world(sample.wi);
-        if !same_side(&point, wo, wi, local_wo, &sample) {
-            break;
-        }
-        throughput *= sample.weight;
-        eta_scale *= sample.eta * sample.eta;
-        if index >= ROULETTE_FROM {
-            let survival = (throughput * eta_scale).max_element().clamp(0.05, 1.0);
-            if u_roulette >= survival {
-                break;
+            if let Some(color) = material::unlit(material, &scene.textures, &point) {
+                self.radiance += self.throughput * color;
+                return None;
             }
-            throughput /= survival;
-        }
-        if throughput == Vec3::ZERO {
-            break;
-        }
-        // Straight through a wall: shadow rays pass there too, so that what is met beyond weighs as from before it.
-        if sample.delta && sample.kind == Kind::Transmission && material::is_wall(material) {
-            if passes == MAX_PASSES {
-                break;
+            let found = emitted(scene, &hit, &point, wo, &self.arrival);
+            if found != Vec3::ZERO {
+                let weight = match self.arrival.pdf {
+                    None if !first => self.competition.weight(scene, scene.emitter(&hit), &point, wo),
+                    _ => 1.0,
+                };
+                self.radiance += self.throughput * found * weight;
             }
-            passes += 1;
-            competition.rule_out();
-            ray = onward(&point, -wo);
-            counts.bounce += 1;
-            continue;
+            if self.bounces.exhausted(scene) {
+                // Light that needs no more scattering may still be behind walls.
+                self.throughput *= material::passed_straight(material, &scene.textures, &point, wo);
+                if self.throughput == Vec3::ZERO || !self.pass(&point, wo, counts) {
+                    return None;
+                }
+                continue;
+            }
+            if self.wavelength.is_none() && material::disperses(material) {
+                let (nm, weight) = wavelength::draw(sampler.hashed(DISPERSION_SALT));
+                self.wavelength = Some(nm);
+                self.throughput *= weight;
+            }
+            let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo, self.wavelength);
+            let (local_wo, is_wall) = (frame.to_local(wo), material::is_wall(material));
+            return Some(Surface { point, bsdf, frame, wo, local_wo, boundary, is_wall });
         }
-        if index == 0 {
-            competition.first(&bsdf, point.position.distance(arrival.from), wo.dot(point.ng));
-        } else {
-            competition.next(&bsdf, sample.eta);
+    }
+
+    /// Goes straight through a wall; false where it has passed too many.
+    fn pass(&mut self, point: &SurfacePoint, wo: Vec3, counts: &mut RayCounts) -> bool {
+        if self.passes == MAX_PASSES {
+            return false;
         }
-        bounces.count(sample.kind);
-        if let (Some((id, absorption)), Kind::Transmission) = (boundary, sample.kind) {
-            media.cross(id, absorption, wi.dot(point.ng) < 0.0);
-        }
-        arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
-        ray = onward(&point, wi);
+        self.passes += 1;
+        self.competition.rule_out();
+        self.set_out(point, -wo, counts);
+        true
+    }
+
+    fn set_out(&mut self, point: &SurfacePoint, wi: Vec3, counts: &mut RayCounts) {
+        self.ray = onward(point, wi);
+        self.index += 1;
         counts.bounce += 1;
     }
-    radiance
+
+    /// Adds light chosen on purpose and goes on in a direction that the surface scatters from; false where the path ends.
+    fn scatter(
+        &mut self,
+        scene: &Scene,
+        surface: &Surface,
+        sampler: &PixelSampler,
+        counts: &mut RayCounts,
+    ) -> bool {
+        let Surface { point, bsdf, frame, wo, local_wo, boundary, is_wall } = surface;
+        let index = self.index;
+        if !bsdf.is_delta() {
+            let light = direct_light(scene, surface, &self.media, sampler.draw4(2 + 2 * index), counts);
+            self.radiance += self.throughput * light;
+        }
+        let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * index);
+        let Some(sample) = bsdf.sample(*local_wo, Vec2::new(u, v), u_lobe) else { return false };
+        let wi = frame.to_world(sample.wi);
+        if !same_side(point, *wo, wi, *local_wo, &sample) {
+            return false;
+        }
+        self.throughput *= sample.weight;
+        self.eta_scale *= sample.eta * sample.eta;
+        if index >= ROULETTE_FROM {
+            let survival = (self.throughput * self.eta_scale).max_element().clamp(0.05, 1.0);
+            if u_roulette >= survival {
+                return false;
+            }
+            self.throughput /= survival;
+        }
+        if self.throughput == Vec3::ZERO {
+            return false;
+        }
+        // Straight through a wall: shadow rays pass there too, so that what is met beyond weighs as from before it.
+        if sample.delta && sample.kind == Kind::Transmission && *is_wall {
+            return self.pass(point, *wo, counts);
+        }
+        if index == 0 {
+            self.competition.first(bsdf, point.position.distance(self.arrival.from), wo.dot(point.ng));
+        } else {
+            self.competition.next(bsdf, sample.eta);
+        }
+        self.bounces.count(sample.kind);
+        if let (Some((id, absorption)), Kind::Transmission) = (*boundary, sample.kind) {
+            self.media.cross(id, absorption, wi.dot(point.ng) < 0.0);
+        }
+        self.arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
+        self.set_out(point, wi, counts);
+        true
+    }
 }
 
 fn onward(point: &SurfacePoint, wi: Vec3) -> Ray {
@@ -237,33 +350,24 @@ fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &A
     }
 }
 
-/// A point of the path where light is scattered.
-struct Vertex<'a> {
-    point: &'a SurfacePoint,
-    bsdf: &'a Bsdf,
-    frame: &'a Frame,
-    local_wo: Vec3,
-    /// Those that the path is in, on the side of `wo`.
-    media: &'a Media,
-    /// The medium that the surface bounds, and its material.
-    boundary: Option<(u32, Vec3)>,
-}
-
-/// Light from one light chosen on purpose, scattered towards `wo`.
+/// Light from one light chosen on purpose, scattered towards `wo`. `media` are those that the path is in, on the side of `wo`.
 fn direct_light(
     scene: &Scene,
-    vertex: &Vertex,
+    surface: &Surface,
+    media: &Media,
     [u_select, u, v, _]: [f32; 4],
     counts: &mut RayCounts,
 ) -> Vec3 {
-    let Vertex { point, local_wo, .. } = *vertex;
-    let chosen = scene.lights.sample(point.position, &vertex.receiver(scene), u_select, Vec2::new(u, v));
+    let Surface { point, local_wo, .. } = surface;
+    let chosen = scene.lights.sample(point.position, &surface.receiver(scene), u_select, Vec2::new(u, v));
     let Some(light) = chosen else { return Vec3::ZERO };
-    let local_wi = vertex.frame.to_local(light.wi);
-    let (f, bsdf_pdf) = vertex.bsdf.eval_pdf(local_wo, local_wi);
+    let local_wi = surface.frame.to_local(light.wi);
     let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
-    let wo_outside = vertex.frame.to_world(local_wo).dot(point.ng) > 0.0;
-    if f == Vec3::ZERO || reflects != (wo_outside == (light.wi.dot(point.ng) > 0.0)) {
+    if reflects != ((surface.wo.dot(point.ng) > 0.0) == (light.wi.dot(point.ng) > 0.0)) {
+        return Vec3::ZERO;
+    }
+    let (f, bsdf_pdf) = surface.bsdf.eval_pdf(*local_wo, local_wi);
+    if f == Vec3::ZERO {
         return Vec3::ZERO;
     }
     let radiance = light_radiance(scene, &light);
@@ -274,25 +378,24 @@ fn direct_light(
     let visible = transmittance(scene, &shadow_ray(point, &light));
     let weight = if light.delta { 1.0 } else { power_heuristic(light.mis_pdf, bsdf_pdf) };
     let direct = f * radiance * visible * (weight / light.pdf);
-    if vertex.media.is_empty() && vertex.boundary.is_none() {
+    if media.is_empty() && surface.boundary.is_none() {
         return direct;
     }
-    direct * vertex.faded(&light, reflects)
+    direct * surface.faded(*media, &light, reflects)
 }
 
-impl Vertex<'_> {
-    /// What the choice among lights may know of the surface.
+impl Surface {
+    /// What the choice among lights may know of it.
     fn receiver(&self, scene: &Scene) -> Receiver {
         match scene.lights.heeds_receivers().then(|| self.bsdf.outline(self.local_wo)).flatten() {
-            Some((albedos, alpha)) => Receiver::new(*self.frame, self.local_wo, albedos, alpha),
+            Some((albedos, alpha)) => Receiver::new(self.frame, self.local_wo, albedos, alpha),
             None => Receiver::anywhere(),
         }
     }
 
     /// The share that media leave of what comes from a light. Light from infinitely far away enters no medium but by its
     /// boundary, which casts a shadow: it is met where a mesh is not closed, and does not fade.
-    fn faded(&self, light: &LightSample, reflects: bool) -> Vec3 {
-        let mut media = *self.media;
+    fn faded(&self, mut media: Media, light: &LightSample, reflects: bool) -> Vec3 {
         if let (Some((id, absorption)), false) = (self.boundary, reflects) {
             media.cross(id, absorption, light.wi.dot(self.point.ng) < 0.0);
         }
@@ -339,7 +442,7 @@ fn same_side(point: &SurfacePoint, wo: Vec3, wi: Vec3, local_wo: Vec3, sample: &
 }
 
 /// Scattering events so far, in all and by kind.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct BounceCounts {
     total: u32,
     diffuse: u32,

@@ -141,6 +141,11 @@ impl Lights {
         self.local.len() > 1
     }
 
+    /// Whether most light at `p` comes from infinitely far away, roughly.
+    pub fn are_mostly_far(&self, p: Vec3) -> bool {
+        self.infinite_share(p) > 0.5
+    }
+
     /// Light from one of the lights at `p`. `None` where the one chosen gives nothing there, or there is none.
     pub fn sample(&self, p: Vec3, receiver: &Receiver, u_select: f32, u: Vec2) -> Option<LightSample> {
         let share = self.infinite_share(p);

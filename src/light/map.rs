@@ -224,19 +224,23 @@ fn blend([a, b, c, d]: &[Vec3; 4], at: Vec2) -> Vec3 {
 /// Polynomial: Abramowitz and Stegun, *Handbook of Mathematical Functions*, 4.4.49.
 fn atan2(y: f32, x: f32) -> f32 {
     const EVEN: [f32; 8] = [
-        0.002_866_225_7,
-        -0.016_165_737,
-        0.042_909_614,
-        -0.075_289_64,
-        0.106_562_64,
-        -0.142_089,
-        0.199_935_51,
         -0.333_331_45,
+        0.199_935_51,
+        -0.142_089,
+        0.106_562_64,
+        -0.075_289_64,
+        0.042_909_614,
+        -0.016_165_737,
+        0.002_866_225_7,
     ];
     let (small, large) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
     let t = if large > 0.0 { small / large } else { 0.0 };
     let t2 = t * t;
-    let octant = t + t * t2 * EVEN.iter().fold(0.0, |sum, c| sum * t2 + c);
+    // in pairs: one after the other, as Horner has it, each term would wait for the last
+    let [a, b, c, d, e, f, g, h] = EVEN;
+    let (t4, t8) = (t2 * t2, (t2 * t2) * (t2 * t2));
+    let sum = ((a + b * t2) + (c + d * t2) * t4) + ((e + f * t2) + (g + h * t2) * t4) * t8;
+    let octant = t + t * t2 * sum;
     let quadrant = if y.abs() > x.abs() { 0.5 * PI - octant } else { octant };
     (if x < 0.0 { PI - quadrant } else { quadrant }).copysign(y)
 }

@@ -75,6 +75,7 @@ const fn directions(m: &[u32], a: u32, degree: usize) -> [u32; 32] {
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
     table: &'static [[u32; 4]],
+    pixel: u64,
     /// Of the pixel and the period.
     key: u64,
     index: u32,
@@ -85,9 +86,19 @@ pub struct PixelSampler {
 impl PixelSampler {
     pub fn new(seed: u64, x: u32, y: u32, index: u32) -> Self {
         let pixel = mix(seed ^ mix((x as u64) << 32 | y as u64));
-        let (period, within) = (index / PERIOD, index % PERIOD);
-        let key = pixel ^ (u64::from(period)).wrapping_mul(0x9fb2_1c65_1e98_df25);
-        Self { table: &TABLE, key, index, place: within.reverse_bits() }
+        Self { table: &TABLE, pixel, key: 0, index: 0, place: 0 }.at(u64::from(index))
+    }
+
+    /// One of the `branches` that a path has from some vertex on. In the sets that only branches draw from, those of all samples
+    /// together are well spread.
+    pub fn branch(&self, branch: u32, branches: u32) -> Self {
+        self.at(u64::from(self.index) * u64::from(branches) + u64::from(branch))
+    }
+
+    fn at(&self, index: u64) -> Self {
+        let (period, within) = (index / u64::from(PERIOD), (index % u64::from(PERIOD)) as u32);
+        let key = self.pixel ^ period.wrapping_mul(0x9fb2_1c65_1e98_df25);
+        Self { key, index: index as u32, place: within.reverse_bits(), ..*self }
     }
 
     /// Four stratified numbers in [0, 1). Each `set` is independent of the others.
@@ -108,11 +119,17 @@ impl PixelSampler {
     }
 
     /// A number in [0, 1) for a decision that belongs to something met on the way (such as the coverage of a
-    /// triangle): the same for the same `salt`, independent of all others.
+    /// triangle): the same for the same `salt`, independent of all others. Stratified among the samples of the pixel that
+    /// meet the same.
     pub fn hashed(&self, salt: u64) -> f32 {
-        unit((mix(salt ^ mix(self.key ^ self.index as u64)) >> 32) as u32)
+        let a = mix(mix(salt ^ HASHED) ^ self.key);
+        let place = permute(self.place, (a >> 32) as u32) >> (32 - PERIOD_BITS);
+        unit(self.table[place as usize][0] ^ a as u32)
     }
 }
+
+/// Sets numbers for what is met apart from those drawn in order.
+const HASHED: u64 = 0x6d65_7420_6f6e_2069;
 
 /// The top 24 bits as a float in [0, 1).
 fn unit(x: u32) -> f32 {
@@ -188,6 +205,33 @@ mod tests {
         }
         let independent = ((9.0f64 / 8.0).powi(4) - 1.0) / 1024.0;
         assert!(squared < 0.05 * independent, "{squared:.2e} against {independent:.2e}");
+    }
+
+    /// Those of all samples together, as if each were a sample.
+    #[test]
+    fn branches_are_a_net_together() {
+        let mut cells = [0; 64];
+        for i in 0..32 {
+            for branch in 0..2 {
+                let p = PixelSampler::new(7, 5, 3, i).branch(branch, 2).draw4(3);
+                cells[(p[0] * 8.0) as usize * 8 + (p[1] * 8.0) as usize] += 1;
+            }
+        }
+        assert!(cells.iter().all(|&c| c == 1), "{cells:?}");
+    }
+
+    #[test]
+    fn decisions_are_stratified_among_samples_and_independent_of_each_other() {
+        let n = 1 << 12;
+        let numbers = |salt| (0..n).map(move |i| PixelSampler::new(7, 5, 3, i).hashed(salt));
+        for salt in [0, 1, 1 << 58] {
+            let mut cells = vec![0; 256];
+            numbers(salt).take(256).for_each(|u| cells[(u * 256.0) as usize] += 1);
+            assert!(cells.iter().all(|&c| c == 1), "salt {salt}");
+        }
+        let mean = |f: &dyn Fn((f32, f32)) -> f32| numbers(0).zip(numbers(1)).map(f).sum::<f32>() / n as f32;
+        let correlation = 12.0 * mean(&|(a, b)| (a - 0.5) * (b - 0.5));
+        assert!(correlation.abs() < 0.05, "{correlation}");
     }
 
     #[test]
