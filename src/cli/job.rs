@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::{Failure, flags::Choices, terminal::has_color};
 use crate::{
     diagnostic::{self, Diagnostic, Place},
-    import::{assemble, studio},
+    import::{Assembled, assemble_while, studio},
     output, render,
     scene::{self, CameraSource, Lens, ModelSource, ValidScene},
-    world::World,
+    world::{Material, Model, World},
 };
 
 /// What is rendered, and how.
@@ -24,14 +24,26 @@ pub fn load(
     choices: &Choices,
     adjust: impl FnOnce(&mut render::Settings, &mut output::Settings) -> Result<(), Failure>,
 ) -> Result<Job, Failure> {
+    load_while(file, choices, adjust, |_, _, _| ()).map(|(job, _)| job)
+}
+
+/// The same, and what `meanwhile` makes of each model (see [`assemble_while`]), in the order of their meshes.
+pub fn load_while<T: Send>(
+    file: &Path,
+    choices: &Choices,
+    adjust: impl FnOnce(&mut render::Settings, &mut output::Settings) -> Result<(), Failure>,
+    meanwhile: impl Fn(&Model, &[&Material], &render::Settings) -> T + Sync,
+) -> Result<(Job, Vec<T>), Failure> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "toml" => {
             let mut scene = scene::load(file).map_err(|all| bad_input(&all))?;
             adjust(&mut scene.render, &mut scene.output)?;
             choose(&mut scene, choices)?;
-            let (world, render, output) = assemble(scene).map_err(|all| bad_input(&all))?;
-            Ok(Job { world, render, output })
+            let settings = scene.render.clone();
+            let assembled = assemble_while(scene, |model, replacing| meanwhile(model, replacing, &settings));
+            let Assembled { world, render, output, made } = assembled.map_err(|all| bad_input(&all))?;
+            Ok((Job { world, render, output }, made))
         }
         "glb" | "gltf" | "obj" => {
             // Beside whoever asked, not beside the model, which may lie in somebody's collection.
@@ -40,10 +52,11 @@ pub fn load(
             let mut output =
                 output::Settings { file: name.with_extension("png"), ..output::Settings::default() };
             adjust(&mut render, &mut output)?;
-            let world =
-                studio::bare_asset(file, render.size, &choices.selection(), choices.camera.as_deref());
-            let world = world.map_err(|all| bad_input(&all))?;
-            Ok(Job { world, render, output })
+            let (selection, camera) = (choices.selection(), choices.camera.as_deref());
+            let meanwhile = |model: &Model| meanwhile(model, &[], &render);
+            let shown = studio::bare_asset(file, render.size, &selection, camera, meanwhile);
+            let (world, made) = shown.map_err(|all| bad_input(&all))?;
+            Ok((Job { world, render, output }, vec![made]))
         }
         _ => {
             let name = file.display();

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     color::{Picture, Spread},
-    compile::compile,
+    compile::{Trees, compile_with},
     diagnostic,
     film::SampleCounts,
     output::{self, Facts, Format, PICTURE_EXTENSIONS, Rays, Seconds, Stats},
@@ -67,16 +67,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
     check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
-    let job = timed(&mut seconds.load, || {
-        threads(args.overrides.threads())?
-            .install(|| job::load(&args.file, &args.choices, |render, output| adjust(render, output, args)))
+    let start = Instant::now();
+    let (job, trees) = threads(args.overrides.threads())?.install(|| {
+        job::load_while(&args.file, &args.choices, |render, output| adjust(render, output, args), Trees::of)
     })?;
+    // Trees are begun while images are still decoded.
+    let trees_start = trees.iter().map(|trees| trees.start).min().unwrap_or_else(Instant::now);
+    seconds.load = (trees_start - start).as_secs_f64();
     spare_sources(&job, args)?;
     warn(&job, &args.overrides);
     let Job { world, render: settings, output } = job;
 
     let pool = threads(settings.threads)?;
-    let scene = timed(&mut seconds.build, || pool.install(|| compile(world, &settings)));
+    let scene = pool.install(|| compile_with(world, trees, &settings));
+    seconds.build = trees_start.elapsed().as_secs_f64();
     scene.stats.notices().iter().for_each(|notice| say(format!("warning: {notice}")));
     interrupt.rendering_starts();
     let progress = Progress::start(&interrupt, &settings, args.quiet);

@@ -1,6 +1,7 @@
 //! Finds everything that shines: emissive spheres, quads and triangles, and the punctual lights.
 
 use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::object::{EmitterMap, Object, ObjectKind};
 use crate::{
@@ -14,6 +15,9 @@ use crate::{
 
 /// Points at which a textured emitter is looked up to estimate its power; 1 where nothing varies.
 const SAMPLES: u32 = 16;
+
+/// Triangles that one thread looks at in a row.
+const BATCH: usize = 1024;
 
 /// Lists all lights and writes into each object which of them its primitives are.
 ///
@@ -47,12 +51,15 @@ pub fn collect(
                     let shape = Shape::Triangle(Triangle::new([p0, p1, p2], placement.handedness < 0.0));
                     emitter(index, primitive, shape, emission, mean, area)
                 };
-                let mut map = vec![u32::MAX; mesh.triangles.len()];
-                for (primitive, slot) in map.iter_mut().enumerate() {
-                    if let Some(emitter) = place(primitive) {
-                        *slot = emitters.len() as u32;
-                        emitters.push(emitter);
-                    }
+                let count = mesh.triangles.len();
+                let found = (0..count.div_ceil(BATCH)).into_par_iter().map(|batch| {
+                    let primitives = batch * BATCH..count.min((batch + 1) * BATCH);
+                    primitives.filter_map(|i| Some((i, place(i)?))).collect::<Vec<_>>()
+                });
+                let mut map = vec![u32::MAX; count];
+                for (primitive, emitter) in found.collect::<Vec<_>>().into_iter().flatten() {
+                    map[primitive] = emitters.len() as u32;
+                    emitters.push(emitter);
                 }
                 EmitterMap::ByPrimitive(map.into())
             }

@@ -18,7 +18,7 @@ use crate::{
     material,
     render::{Bounces, Settings},
     texture::Textures,
-    world::{Alpha, Material, Mesh, Surface, World},
+    world::{Alpha, Material, Mesh, Model, Surface, World},
 };
 
 pub use object::{Object, ObjectKind};
@@ -30,22 +30,64 @@ const BRANCHES: u32 = 2;
 /// Samples in a pixel from which on paths branch: with fewer, its edges and a soon end matter more.
 const BRANCH_FROM: u32 = 32;
 
+/// The trees of a model's meshes.
+#[derive(Debug)]
+pub struct Trees {
+    blases: Vec<Blas>,
+    pub start: Instant,
+    end: Instant,
+}
+
+impl Trees {
+    /// Of `model`, whose images need not be there; some of its materials may be replaced by those of `replacing`.
+    pub fn of(model: &Model, replacing: &[&Material], settings: &Settings) -> Self {
+        let start = Instant::now();
+        let replaced = replacing.iter().any(|material| must_be_asked(material));
+        let mut filtered = vec![replaced; model.meshes.len()];
+        for instance in &model.instances {
+            let mut materials = instance.materials.iter().filter_map(|id| model.materials.get(id.index()));
+            if let Some(filtered) = filtered.get_mut(instance.mesh.index()) {
+                *filtered |= materials.any(must_be_asked);
+            }
+        }
+        Self::build(&model.meshes, &filtered, settings, start)
+    }
+
+    fn build(meshes: &[Mesh], filtered: &[bool], settings: &Settings, start: Instant) -> Self {
+        let triangles = meshes.iter().map(|m| m.triangles.len() as u64).sum();
+        let quality = settings.bvh.unwrap_or_else(|| Quality::planned(triangles, settings.planned_samples()));
+        let build = |(m, &filtered): (&Mesh, &bool)| {
+            Blas::build(&m.positions, &m.triangles, Build { quality, filtered })
+        };
+        let blases = meshes.par_iter().zip(filtered).map(build).collect();
+        Self { blases, start, end: Instant::now() }
+    }
+}
+
 /// Builds everything a picture of `world` needs.
 pub fn compile(world: World, settings: &Settings) -> Scene {
-    let World { model, spheres, quads, environment, camera } = world;
-    let environment = Environment::new(&environment, &model.images);
-    let textures = Textures::new(model.images, model.textures);
+    compile_with(world, Vec::new(), settings)
+}
 
+/// The same, with the trees that there are already: those of the first meshes.
+pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Scene {
+    let World { model, spheres, quads, environment, camera } = world;
+    let materials = &model.materials;
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
-    objects.extend(model.instances.into_iter().map(Object::instance));
+    objects.par_extend(model.instances.into_par_iter().map(Object::instance));
     objects.extend(spheres.into_iter().map(Object::sphere));
     objects.extend(quads.into_iter().map(Object::quad));
-    objects.iter_mut().for_each(|object| object.prepare(&model.materials));
-    let filtered: Vec<bool> = model.materials.iter().map(must_be_asked).collect();
+    objects.par_iter_mut().for_each(|object| object.prepare(materials));
+    let filtered: Vec<bool> = materials.iter().map(must_be_asked).collect();
     let is_filtered = |object: &Object| object.materials.iter().any(|m| filtered[m.index()]);
 
-    let start = Instant::now();
-    let blases = trees(&model.meshes, &objects, is_filtered, settings);
+    let (environment, trees) = rayon::join(
+        || Environment::new(&environment, &model.images),
+        || with_those_that_lack(trees, &model.meshes, &objects, is_filtered, settings),
+    );
+    let textures = Textures::new(model.images, model.textures);
+    let tree_seconds = trees.iter().map(|trees| (trees.end - trees.start).as_secs_f64()).sum::<f64>();
+    let blases: Vec<Blas> = trees.into_iter().flat_map(|trees| trees.blases).collect();
     let triangles_set_aside = blases.iter().map(|b| b.set_aside() as u64).sum();
     let shape = |object: &Object| accel::Object {
         shape: match &object.kind {
@@ -59,7 +101,8 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         },
         filtered: is_filtered(object),
     };
-    let shapes: Vec<accel::Object> = objects.iter().map(shape).collect();
+    let start = Instant::now();
+    let shapes: Vec<accel::Object> = objects.par_iter().map(shape).collect();
     let focuses: Vec<bool> = model.materials.iter().map(|m| material::focuses(m, &textures)).collect();
     let focusing: Vec<(Vec3, f32)> = objects
         .iter()
@@ -68,7 +111,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
         .filter_map(|(_, object)| object.shape.ball(&blases))
         .collect();
     let accel = Accel::build(blases, shapes);
-    let bvh_seconds = start.elapsed().as_secs_f64();
+    let bvh_seconds = tree_seconds + start.elapsed().as_secs_f64();
 
     let emitters = emitters::collect(&mut objects, &model.meshes, &model.materials, &textures, model.lights);
     let stats = SceneStats {
@@ -114,24 +157,26 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
     }
 }
 
-/// The tree of each mesh.
-fn trees(
+/// `trees`, and those of the meshes that have none yet.
+fn with_those_that_lack(
+    mut trees: Vec<Trees>,
     meshes: &[Mesh],
     objects: &[Object],
     is_filtered: impl Fn(&Object) -> bool,
     settings: &Settings,
-) -> Vec<Blas> {
-    let triangles = meshes.iter().map(|m| m.triangles.len() as u64).sum();
-    let quality = settings.bvh.unwrap_or_else(|| Quality::planned(triangles, settings.planned_samples()));
-    let mut filtered = vec![false; meshes.len()];
+) -> Vec<Trees> {
+    let known = trees.iter().map(|trees| trees.blases.len()).sum();
+    let Some(rest) = meshes.get(known..).filter(|rest| !rest.is_empty()) else { return trees };
+    let mut filtered = vec![false; rest.len()];
     for object in objects {
-        if let ObjectKind::Instance { mesh, .. } = &object.kind {
-            filtered[mesh.index()] |= is_filtered(object);
+        let ObjectKind::Instance { mesh, .. } = &object.kind else { continue };
+        let flag = mesh.index().checked_sub(known).and_then(|i| filtered.get_mut(i));
+        if let Some(flag) = flag {
+            *flag |= is_filtered(object);
         }
     }
-    let build =
-        |(m, filtered): (&Mesh, bool)| Blas::build(&m.positions, &m.triangles, Build { quality, filtered });
-    meshes.par_iter().zip(filtered).map(build).collect()
+    trees.push(Trees::build(rest, &filtered, settings, Instant::now()));
+    trees
 }
 
 /// Whether a ray that meets this material may pass through it untouched.

@@ -1,11 +1,12 @@
 //! Everything that a scene file names, loaded and put together.
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     path::{Path, PathBuf},
 };
 
 use glam::{Affine3A, Vec3};
+use rayon::prelude::*;
 
 use super::{
     bounds::Bounds,
@@ -25,25 +26,42 @@ use crate::{
     },
 };
 
+/// A scene with all that its file names.
+pub struct Assembled<T> {
+    pub world: World,
+    pub render: render::Settings,
+    pub output: output::Settings,
+    /// What was made of each model, in the order of their meshes in the world.
+    pub made: Vec<T>,
+}
+
 /// Loads the models and images of `scene`: each file once, however often it is used. All that is wrong with any of
 /// them is reported; warnings are in the world's model.
 pub fn assemble(scene: ValidScene) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
-    assemble_with(Loaders { model: super::model, image: image::load }, scene)
+    let Assembled { world, render, output, .. } = assemble_while(scene, |_, _| ())?;
+    Ok((world, render, output))
 }
 
-/// How files are read.
-#[derive(Clone, Copy)]
-struct Loaders {
-    model: fn(&Path, &Selection) -> Result<Model, Vec<Diagnostic>>,
-    image: fn(&Path) -> Result<Image, Diagnostic>,
-}
-
-fn assemble_with(
-    loaders: Loaders,
+/// The same, and what `meanwhile` makes of the meshes, materials and instances of each model, while images may still be
+/// decoded. Also given are materials of the scene that may replace some of the model's.
+pub fn assemble_while<T: Send>(
     scene: ValidScene,
-) -> Result<(World, render::Settings, output::Settings), Vec<Diagnostic>> {
+    meanwhile: impl Fn(&Model, &[&Material]) -> T + Sync,
+) -> Result<Assembled<T>, Vec<Diagnostic>> {
+    let model = |source: &ModelSource, replacing: &[&Material]| {
+        super::model_while(&source.file, &source.selection, |model| meanwhile(model, replacing))
+    };
+    assemble_with(model, image::load, scene)
+}
+
+/// … with the ways to read a model, of which it is known which materials may replace some of its own, and an image.
+fn assemble_with<T: Send>(
+    model: impl Fn(&ModelSource, &[&Material]) -> Result<(Model, T), Vec<Diagnostic>> + Sync,
+    image: impl Fn(&Path) -> Result<Image, Diagnostic> + Sync,
+    scene: ValidScene,
+) -> Result<Assembled<T>, Vec<Diagnostic>> {
     let mut assembly = Assembly {
-        loaders,
+        files: Files::read(&scene, &model, &image),
         file: scene.file.clone(),
         model: Model {
             materials: scene.materials,
@@ -53,6 +71,7 @@ fn assemble_with(
         },
         images: HashMap::new(),
         assets: HashMap::new(),
+        made: Vec::new(),
         cameras: Vec::new(),
         surrounding: None,
         errors: Vec::new(),
@@ -74,7 +93,7 @@ fn assemble_with(
     }
 
     let all_loaded = assembly.assets.values().all(Option::is_some);
-    let Assembly { file, model, cameras, surrounding, mut errors, .. } = assembly;
+    let Assembly { file, model, made, cameras, surrounding, mut errors, .. } = assembly;
     let environment = environment.or(surrounding).unwrap_or_else(darkness);
     let mut world = World {
         model,
@@ -97,15 +116,57 @@ fn assemble_with(
             .help("add an [environment], a [[light]] or an emissive material");
         world.model.warnings.push(warning);
     }
-    Ok((world, scene.render, scene.output))
+    Ok(Assembled { world, render: scene.render, output: scene.output, made })
 }
 
-struct Assembly {
-    loaders: Loaders,
+/// A file, and what of it is shown.
+type Key = (PathBuf, Selection);
+
+fn key(source: &ModelSource) -> Key {
+    // Two names of one file are one file.
+    let file = std::fs::canonicalize(&source.file).unwrap_or_else(|_| source.file.clone());
+    (file, source.selection.clone())
+}
+
+/// What the files that a scene names hold, or what is wrong with them.
+struct Files<T> {
+    images: HashMap<PathBuf, Result<Image, Diagnostic>>,
+    models: HashMap<Key, Result<(Model, T), Vec<Diagnostic>>>,
+}
+
+impl<T: Send> Files<T> {
+    /// Reads each file once, and as many at a time as there are threads.
+    fn read(
+        scene: &ValidScene,
+        model: &(impl Fn(&ModelSource, &[&Material]) -> Result<(Model, T), Vec<Diagnostic>> + Sync),
+        image: &(impl Fn(&Path) -> Result<Image, Diagnostic> + Sync),
+    ) -> Self {
+        let mut images: BTreeSet<&Path> = scene.images.iter().map(|source| source.file.as_path()).collect();
+        if let Some(EnvironmentSourceKind::Image { file, .. }) = scene.environment.as_ref().map(|e| &e.kind) {
+            images.insert(file);
+        }
+        let mut models: HashMap<Key, (&ModelSource, Vec<&Material>)> = HashMap::new();
+        for source in &scene.models {
+            let replacing = source.materials.iter().map(|replaced| replaced.material).chain(source.material);
+            let replacing = replacing.filter_map(|id| scene.materials.get(id.index()));
+            models.entry(key(source)).or_insert((source, Vec::new())).1.extend(replacing);
+        }
+        let (images, models) = rayon::join(
+            || images.into_par_iter().map(|file| (file.to_owned(), image(file))).collect(),
+            || models.into_par_iter().map(|(key, (source, by))| (key, model(source, &by))).collect(),
+        );
+        Self { images, models }
+    }
+}
+
+struct Assembly<T> {
+    /// What has not been used yet.
+    files: Files<T>,
     file: PathBuf,
     model: Model,
     images: HashMap<PathBuf, Option<ImageId>>,
-    assets: HashMap<(PathBuf, Selection), Option<Asset>>,
+    assets: HashMap<Key, Option<Asset>>,
+    made: Vec<T>,
     cameras: Vec<Camera>,
     /// The first that a model brings.
     surrounding: Option<Environment>,
@@ -119,13 +180,13 @@ struct Asset {
     offsets: merge::Offsets,
 }
 
-impl Assembly {
+impl<T> Assembly<T> {
     /// The image in a file; `None` where it cannot be read.
     fn image(&mut self, file: &Path, place: &Place) -> Option<ImageId> {
         if let Some(known) = self.images.get(file) {
             return *known;
         }
-        let id = match (self.loaders.image)(file) {
+        let id = match self.files.images.remove(file)? {
             Ok(image) => {
                 self.model.sources.push(file.to_owned());
                 self.model.images.push(image);
@@ -156,15 +217,14 @@ impl Assembly {
         Environment { kind, strength, rotation, visible }
     }
 
-    /// Loads the model, unless it has been, and adds its instances, lights and cameras.
+    /// Adds the model, unless it has been, and its instances, lights and cameras.
     fn place(&mut self, source: &ModelSource) {
-        // Two names of one file are one file.
-        let file = std::fs::canonicalize(&source.file).unwrap_or_else(|_| source.file.clone());
-        let key = (file, source.selection.clone());
-        if !self.assets.contains_key(&key) {
-            let asset = match (self.loaders.model)(&source.file, &source.selection) {
-                Ok(mut model) => {
+        let key = key(source);
+        if let Some(loaded) = self.files.models.remove(&key) {
+            let asset = match loaded {
+                Ok((mut model, made)) => {
                     let offsets = merge::append(&mut self.model, &mut model);
+                    self.made.push(made);
                     Some(Asset { model, offsets })
                 }
                 Err(errors) => {

@@ -137,14 +137,16 @@ fn expand(image: DynamicImage) -> Result<Texels, String> {
         }
         other => {
             size(12)?;
-            Texels::RgbF32(other.into_rgb32f().pixels().map(|p| finite(p.0)).collect())
+            Texels::RgbF32(other.into_rgb32f().as_raw().as_chunks().0.iter().map(|&t| finite(t)).collect())
         }
     })
 }
 
 /// A single NaN or infinity would poison every average over the image.
 pub(super) fn finite(texel: [f32; 3]) -> [f32; 3] {
-    texel.map(|c| if c.is_finite() { c } else { 0.0 })
+    let finite = |c: f32| if c.is_finite() { c } else { 0.0 };
+    let [r, g, b] = texel;
+    [finite(r), finite(g), finite(b)]
 }
 
 /// The first layer that has R, G and B, else the first that has Y.

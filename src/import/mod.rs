@@ -16,7 +16,7 @@ mod tangents;
 
 use std::path::Path;
 
-pub use assemble::assemble;
+pub use assemble::{Assembled, assemble, assemble_while};
 pub use info::info;
 
 use crate::{
@@ -27,14 +27,27 @@ use crate::{
 
 /// Reads what `selection` says of an asset, of the kind that its file name says.
 pub fn model(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
+    model_while(path, selection, |_| ()).map(|(model, ())| model)
+}
+
+/// The same, and what `meanwhile` makes of the model's meshes, materials and instances, while images may still be decoded.
+pub fn model_while<T: Send>(
+    path: &Path,
+    selection: &Selection,
+    meanwhile: impl Fn(&Model) -> T + Sync,
+) -> Result<(Model, T), Vec<Diagnostic>> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let mut model = match extension.as_str() {
-        "glb" | "gltf" => gltf::load(path, selection)?,
+    let (mut model, made) = match extension.as_str() {
+        "glb" | "gltf" => gltf::load_while(path, selection, meanwhile)?,
         "obj" if *selection != Selection::default() => {
             let message = "an OBJ file has no scenes and no animations to choose from";
             return Err(vec![Diagnostic::error(path, Place::File, message)]);
         }
-        "obj" => obj::load(path)?,
+        "obj" => {
+            let model = obj::load(path)?;
+            let made = meanwhile(&model);
+            (model, made)
+        }
         _ => {
             let message = "this is not a kind of model that can be read";
             let help = "models are .glb, .gltf and .obj files";
@@ -42,5 +55,5 @@ pub fn model(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic
         }
     };
     model.sources.push(path.to_owned());
-    Ok(model)
+    Ok((model, made))
 }

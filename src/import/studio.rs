@@ -19,7 +19,7 @@ use super::{
     bounds::Bounds,
     cameras,
     framing::{self, Subject},
-    model,
+    model_while,
 };
 use crate::{
     color::luminance,
@@ -27,7 +27,7 @@ use crate::{
     scene::Selection,
     world::{
         Camera, ColorInput, Emission, Environment, EnvironmentKind, Instance, Light, Material, MaterialId,
-        Mesh, MeshId, Projection, Quad, Surface, World,
+        Mesh, MeshId, Model, Projection, Quad, Surface, World,
     },
 };
 
@@ -69,14 +69,16 @@ const ARC: u32 = 32;
 const MOVES: u32 = 40;
 
 /// The asset at `path` in the studio, for a picture of this size in pixels: seen by its own camera, that which is called
-/// `camera` where a name is given, or else one that frames it. One with a surrounding of its own is shown in that.
-pub fn bare_asset(
+/// `camera` where a name is given, or else one that frames it. One with a surrounding of its own is shown in that. And what
+/// `meanwhile` makes of the asset (see [`model_while`]), whose meshes are the first of the world's.
+pub fn bare_asset<T: Send>(
     path: &Path,
     size: [u32; 2],
     selection: &Selection,
     camera: Option<&str>,
-) -> Result<World, Vec<Diagnostic>> {
-    let mut model = model(path, selection)?;
+    meanwhile: impl Fn(&Model) -> T + Sync,
+) -> Result<(World, T), Vec<Diagnostic>> {
+    let (mut model, made) = model_while(path, selection, meanwhile)?;
     let shows = |instance: &Instance| {
         let mesh = &model.meshes[instance.mesh.index()];
         mesh.triangles.iter().any(|t| t.iter().all(|&i| mesh.positions[i as usize].is_finite()))
@@ -123,7 +125,7 @@ pub fn bare_asset(
             .help(format!("darken it with `--exposure {stops}`, or light it in a scene file"));
         world.model.warnings.push(warning);
     }
-    Ok(world)
+    Ok((world, made))
 }
 
 /// Irradiance at the middle of the asset, at a surface that faces each light, without shadows or the edges of cones. A

@@ -69,7 +69,8 @@ impl Map {
         let dropped = texels
             .par_iter_mut()
             .map(|texel| {
-                *texel = texel.map(|c| c * strength);
+                let [r, g, b] = *texel;
+                *texel = [r * strength, g * strength, b * strength];
                 let usable = texel.iter().all(|c| c.is_finite() && *c >= 0.0);
                 if !usable {
                     *texel = [0.0; 3];
@@ -168,11 +169,17 @@ impl Map {
     /// Texels at the corners of a cell: upper left, upper right, lower left, lower right.
     #[inline(always)]
     fn corners(&self, column: usize, row: usize) -> [Vec3; 4] {
+        let texel = |i: usize| Vec3::from(self.texels[i]);
+        let [a, b, c, d] = self.corner_indices(column, row);
+        [texel(a), texel(b), texel(c), texel(d)]
+    }
+
+    #[inline(always)]
+    fn corner_indices(&self, column: usize, row: usize) -> [usize; 4] {
         let right = if column + 1 == self.width { 0 } else { column + 1 };
         let upper = row.saturating_sub(1) * self.width;
         let lower = row.min(self.height - 1) * self.width;
-        let texel = |i: usize| Vec3::from(self.texels[i]);
-        [texel(upper + column), texel(upper + right), texel(lower + column), texel(lower + right)]
+        [upper + column, upper + right, lower + column, lower + right]
     }
 
     fn tabulate(&self) -> (f32, Option<Sampling>) {
@@ -188,18 +195,22 @@ impl Map {
             };
             height * TAU as f64 / self.width as f64
         };
+        let luminances: Vec<f32> = self.texels.par_iter().map(|&texel| luminance(texel.into())).collect();
+        let corners = |column, row| {
+            let [a, b, c, d] = self.corner_indices(column, row);
+            [luminances[a], luminances[b], luminances[c], luminances[d]]
+        };
         let row_sum = |row: usize| {
-            let sum =
-                |column| self.corners(column, row).iter().map(|c| f64::from(luminance(*c))).sum::<f64>();
+            let sum = |column| corners(column, row).iter().map(|&l| f64::from(l)).sum::<f64>();
             0.25 * solid_angle(row) * (0..self.width).map(sum).sum::<f64>()
         };
         let sums: Vec<f64> = (0..=self.height).into_par_iter().map(row_sum).collect();
         let mean = (sums.iter().sum::<f64>() / (2.0 * TAU as f64)) as f32;
-        let excess = |texel: &Vec3| (luminance(*texel) - NEGLECTED * mean).max(0.0);
+        let excess = |luminance: &f32| (luminance - NEGLECTED * mean).max(0.0);
         let grid = Grid::new(self.width, self.height + 1, |row, weights| {
             let scale = (0.25 * solid_angle(row)) as f32;
             for (column, weight) in weights.iter_mut().enumerate() {
-                *weight = self.corners(column, row).iter().map(|texel| scale * excess(texel)).sum();
+                *weight = corners(column, row).iter().map(|luminance| scale * excess(luminance)).sum();
             }
         });
         let Some(grid) = grid else { return (mean, None) };

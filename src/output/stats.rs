@@ -74,10 +74,12 @@ pub struct Samples {
     pub pixels_without_samples: u64,
 }
 
-/// By phase.
+/// By phase, one after the other.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
+    /// Until the first trees were begun.
     pub load: f64,
+    /// Until rendering began: trees, tables, and the images that were not decoded before.
     pub build: f64,
     pub render: f64,
     pub write: f64,

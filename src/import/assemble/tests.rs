@@ -69,7 +69,8 @@ fn build(text: &str) -> Result<World, Vec<Diagnostic>> {
     }
     let scene = parse(text, &folder.path().join("scene.toml"));
     let scene = scene.unwrap_or_else(|errors| panic!("{}", render(&errors, false)));
-    assemble_with(Loaders { model: asset, image: picture }, scene).map(|(world, ..)| world)
+    let model = |source: &ModelSource, _: &[&Material]| Ok((asset(&source.file, &source.selection)?, ()));
+    assemble_with(model, picture, scene).map(|assembled| assembled.world)
 }
 
 #[test]

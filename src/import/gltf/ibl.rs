@@ -109,7 +109,7 @@ fn faces(source: &Source, light: &ImageLight, folder: &Path) -> Result<Vec<Face>
     let decoded: Vec<Result<Face, String>> = (sharpest.par_iter())
         .map(|&i| {
             let image =
-                textures::decode(source, i, folder).map_err(|(_, message)| format!("image {i} {message}"))?;
+                textures::decode(source, i, folder).map_err(|message| format!("image {i} {message}"))?;
             if image.width != image.height || image.width > MAX_SIDE {
                 let (w, h) = (image.width, image.height);
                 return Err(format!("its face of {w} × {h} texels is not square, or larger than {MAX_SIDE}"));

@@ -95,13 +95,23 @@ pub fn load(path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>
     guarded(path, |bytes| import(bytes, path, selection))
 }
 
+/// The same, and what `meanwhile` makes of the model as soon as all is there but its images, which are decoded at the same time.
+pub fn load_while<T: Send>(
+    path: &Path,
+    selection: &Selection,
+    meanwhile: impl Fn(&Model) -> T + Sync,
+) -> Result<(Model, T), Vec<Diagnostic>> {
+    guarded(path, |bytes| import_while(bytes, path, selection, &meanwhile))
+}
+
 /// What the asset at `path` holds.
 pub fn inspect(path: &Path) -> Result<Info, Vec<Diagnostic>> {
     guarded(path, |bytes| {
         let (mut report, folder) = (Report::new(path), folder(path));
         let found = prepare(bytes, folder, &mut report).and_then(|(document, buffers)| {
             let info = info::info(&Source { document: &document, buffers: &buffers });
-            Some((info, build(document, &buffers, folder, &Selection::default(), &mut report)?))
+            let (model, ()) = build(document, &buffers, folder, &Selection::default(), &|_| (), &mut report)?;
+            Some((info, model))
         });
         let warnings = report.finish()?;
         let (info, model) = found.unwrap_or_default();
@@ -132,11 +142,22 @@ fn folder(path: &Path) -> &Path {
 
 /// Imports `bytes` as if read from `path`, beside which its other files are.
 fn import(bytes: &[u8], path: &Path, selection: &Selection) -> Result<Model, Vec<Diagnostic>> {
+    import_while(bytes, path, selection, &|_: &Model| ()).map(|(model, ())| model)
+}
+
+fn import_while<T: Send>(
+    bytes: &[u8],
+    path: &Path,
+    selection: &Selection,
+    meanwhile: &(impl Fn(&Model) -> T + Sync),
+) -> Result<(Model, T), Vec<Diagnostic>> {
     let mut report = Report::new(path);
-    let model = prepare(bytes, folder(path), &mut report)
-        .and_then(|(document, buffers)| build(document, &buffers, folder(path), selection, &mut report));
+    let built = prepare(bytes, folder(path), &mut report).and_then(|(document, buffers)| {
+        build(document, &buffers, folder(path), selection, meanwhile, &mut report)
+    });
     let warnings = report.finish()?;
-    Ok(Model { warnings, ..model.unwrap_or_default() })
+    let (model, made) = built.unwrap_or_else(|| (Model::default(), meanwhile(&Model::default())));
+    Ok((Model { warnings, ..model }, made))
 }
 
 /// The document, checked and without compression, and its bytes.
@@ -158,13 +179,14 @@ fn prepare<'a>(bytes: &'a [u8], folder: &Path, report: &mut Report) -> Option<(D
     Some((document, buffers))
 }
 
-fn build(
+fn build<T: Send>(
     mut document: Document,
     buffers: &Buffers,
     folder: &Path,
     selection: &Selection,
+    meanwhile: &(impl Fn(&Model) -> T + Sync),
     report: &mut Report,
-) -> Option<Model> {
+) -> Option<(Model, T)> {
     let source = Source { document: &document, buffers };
     let changes = animation::changes(&source, selection, report);
     animation::apply(&mut document, changes, report);
@@ -182,19 +204,56 @@ fn build(
     let placed = nodes::flatten(&document, &globals, report);
     let shapes = shapes::shapes(&source, &placed, variant, report)?;
     let skins = skin::joints(&source, &shapes.iter().filter_map(|s| s.skin).collect(), &globals, report);
-    let (converted, textures) = materials(&source, &shapes, folder, report)?;
-    let mut model = Model {
-        images: textures.images,
-        textures: textures.textures,
-        sources: files(&document, folder),
-        ..Model::default()
+    let parts = Parts { source, placed, shapes, skins };
+    let wanted = images(&parts);
+    // Nearly always all of them decode: the rest begins as if they did.
+    let (decoded, (described, said)) = rayon::join(
+        || textures::decode_all(&parts.source, &wanted, folder),
+        || {
+            let mut report = report.clone();
+            (describe(&parts, Textures::of(wanted.iter().copied()), meanwhile, &mut report), report)
+        },
+    );
+    let (mut model, made) = if decoded.iter().all(|(_, image)| image.is_ok()) {
+        *report = said;
+        described?
+    } else {
+        let there = textures::tell(&decoded, report);
+        report.checkpoint()?;
+        describe(&parts, Textures::of(there), meanwhile, report)?
     };
-    meshes(&source, &placed, &shapes, &skins, &converted, &mut model, report)?;
-    model.materials = converted.materials;
-    cameras_and_lights(&source, &placed, &mut model, report);
+    model.images = decoded.into_iter().filter_map(|(_, image)| image.ok()).collect();
+    model.sources = files(&document, folder);
+    let source = Source { document: &document, buffers };
+    cameras_and_lights(&source, &parts.placed, &mut model, report);
     let scene = nodes::shown_scene(&document);
     model.environment = ibl::environment(&source, scene, folder, &mut model.images, report);
-    report.checkpoint().map(|()| model)
+    report.checkpoint().map(|()| (model, made))
+}
+
+/// What a model is made of, in the terms of its file.
+struct Parts<'a> {
+    source: Source<'a>,
+    placed: Vec<Placed>,
+    shapes: Vec<Shape>,
+    skins: BTreeMap<usize, Joints>,
+}
+
+/// Materials, meshes and instances, and what `meanwhile` makes of them.
+fn describe<T>(
+    parts: &Parts,
+    mut textures: Textures,
+    meanwhile: &impl Fn(&Model) -> T,
+    report: &mut Report,
+) -> Option<(Model, T)> {
+    let used: BTreeSet<Option<usize>> = parts.shapes.iter().map(|s| s.material).collect();
+    let converted = material::convert_all(parts.source.document, used, &mut textures, report);
+    report.checkpoint()?;
+    let mut model = Model { textures: textures.textures, ..Model::default() };
+    meshes(parts, &converted, &mut model, report)?;
+    model.materials = converted.materials;
+    let made = meanwhile(&model);
+    Some((model, made))
 }
 
 /// The files beside the asset that it names, used or not.
@@ -205,32 +264,17 @@ fn files(document: &Document, folder: &Path) -> Vec<PathBuf> {
     buffers.chain(images).filter_map(|uri| uri::resolve(uri, folder).ok()).collect()
 }
 
-fn materials(
-    source: &Source,
-    shapes: &[Shape],
-    folder: &Path,
-    report: &mut Report,
-) -> Option<(Converted, Textures)> {
-    let document = source.document;
-    let used: BTreeSet<Option<usize>> = shapes.iter().map(|s| s.material).collect();
-    let jsons = used.iter().flatten().filter_map(|&i| document.materials.get(i));
-    let needed = jsons.flat_map(material::slots).filter(|(name, _)| material::is_used(name));
-    let needed: BTreeSet<usize> = needed.map(|(_, texture)| texture).collect();
-    let mut textures = Textures::load(source, &needed, folder, report);
-    let converted = material::convert_all(document, used, &mut textures, report);
-    report.checkpoint().map(|()| (converted, textures))
+/// The images that materials look up.
+fn images(parts: &Parts) -> BTreeSet<usize> {
+    let document = parts.source.document;
+    let used = parts.shapes.iter().filter_map(|shape| document.materials.get(shape.material?));
+    let slots = used.flat_map(material::slots).filter(|(name, _)| material::is_used(name));
+    slots.filter_map(|(_, texture)| textures::source(document.textures.get(texture)?)).collect()
 }
 
 /// Builds each distinct mesh once, in parallel, and places the instances of those that have triangles.
-fn meshes(
-    source: &Source,
-    placed: &[Placed],
-    shapes: &[Shape],
-    skins: &BTreeMap<usize, Joints>,
-    converted: &Converted,
-    model: &mut Model,
-    report: &mut Report,
-) -> Option<()> {
+fn meshes(parts: &Parts, converted: &Converted, model: &mut Model, report: &mut Report) -> Option<()> {
+    let Parts { source, placed, shapes, skins } = parts;
     let mut known: HashMap<mesh::Key, MeshId> = HashMap::new();
     let mut jobs = Vec::new();
     let (mut triangles, mut posed) = (0usize, 0usize);

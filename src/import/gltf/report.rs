@@ -113,6 +113,7 @@ impl Tally {
 }
 
 /// Collects what is wrong with one file.
+#[derive(Clone)]
 pub struct Report {
     file: PathBuf,
     errors: Vec<Diagnostic>,

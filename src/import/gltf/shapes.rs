@@ -1,6 +1,6 @@
 //! What of the placed nodes is drawn: primitives of triangles, with their places.
 
-use std::{collections::BTreeSet, rc::Rc};
+use std::{collections::BTreeSet, sync::Arc};
 
 use glam::{Affine3A, DAffine3};
 use gltf::json::{self, mesh::Mode, validation::Checked};
@@ -22,7 +22,7 @@ const MAX_INSTANCES: usize = 1 << 22;
 pub struct Shape {
     pub placed: usize,
     /// Where it is, unless it is skinned; several places are instances.
-    pub places: Rc<[Affine3A]>,
+    pub places: Arc<[Affine3A]>,
     pub skin: Option<usize>,
     pub mesh: usize,
     pub primitive: usize,
@@ -40,7 +40,7 @@ pub fn shapes(
     let mut shapes = Vec::new();
     let mut met = BTreeSet::new();
     let mut instances = 0usize;
-    let unmoved: Rc<[Affine3A]> = Rc::new([Affine3A::IDENTITY]);
+    let unmoved: Arc<[Affine3A]> = Arc::new([Affine3A::IDENTITY]);
     for (p, node) in placed.iter().enumerate().filter(|(_, node)| node.visible) {
         let Some(json) = source.document.nodes.get(node.node) else { continue };
         let Some(mesh) = json.mesh.map(|m| m.value()) else { continue };
@@ -79,7 +79,7 @@ pub fn shapes(
 }
 
 /// Where the mesh of a node is, each place invertible; those that are not are counted.
-fn places(source: &Source, node: &Placed, json: &json::Node, report: &mut Report) -> Rc<[Affine3A]> {
+fn places(source: &Source, node: &Placed, json: &json::Node, report: &mut Report) -> Arc<[Affine3A]> {
     let pointer = format!("/nodes/{}", node.node);
     let instances = match instancing::transforms(source, json, node.node, MAX_INSTANCES) {
         Ok(instances) => instances,

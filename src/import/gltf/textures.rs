@@ -37,6 +37,8 @@ use crate::{
 pub const NO_SOURCE: usize = u32::MAX as usize;
 /// Texels of all images of a file together, in bytes.
 const MAX_TOTAL_BYTES: u64 = 8 << 30;
+/// What is wrong with those beyond.
+const TOO_MANY: &str = "is one too many";
 
 /// Extensions by which a texture has an image of another format than PNG or JPEG.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
@@ -63,49 +65,59 @@ pub struct Slot<'a> {
     pub pointer: String,
 }
 
-/// The images that were decoded, and the textures made of them so far.
+/// The images that there are, and the textures made of them so far.
 pub struct Textures {
     by_image: HashMap<usize, ImageId>,
-    pub images: Vec<Image>,
     pub textures: Vec<Texture>,
     ids: HashMap<Texture, TextureId>,
 }
 
-impl Textures {
-    /// Decodes the images of `used` textures.
-    pub fn load(source_: &Source, used: &BTreeSet<usize>, folder: &Path, report: &mut Report) -> Self {
-        let document = source_.document;
-        let wanted: BTreeSet<usize> =
-            used.iter().filter_map(|&t| document.textures.get(t)).filter_map(source).collect();
-        let total = AtomicU64::new(0);
-        let decoded: Vec<_> = (wanted.into_par_iter())
-            .map(|i| {
-                let image = decode(source_, i, folder)?;
-                let bytes = image::byte_size(&image);
-                let all = total.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
-                // Keeps the memory bounded; the file as a whole is refused below.
-                if all > MAX_TOTAL_BYTES { Err((i, "is one too many".to_owned())) } else { Ok((i, image)) }
-            })
-            .collect();
-        let mut loaded =
-            Self { by_image: HashMap::new(), images: Vec::new(), textures: Vec::new(), ids: HashMap::new() };
-        for result in decoded {
-            match result {
-                Ok((i, image)) => {
-                    loaded.by_image.insert(i, ImageId(loaded.images.len() as u32));
-                    loaded.images.push(image);
-                }
-                Err((i, message)) => report.warn(
+/// An image of the file by its number, or what is wrong with it.
+pub type Decoded = (usize, Result<Image, String>);
+
+/// Decodes the images `wanted`, as many at a time as there are threads.
+pub fn decode_all(source: &Source, wanted: &BTreeSet<usize>, folder: &Path) -> Vec<Decoded> {
+    let total = AtomicU64::new(0);
+    let decoded = |&i: &usize| {
+        let image = decode(source, i, folder).and_then(|image| {
+            let bytes = image::byte_size(&image);
+            let all = total.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+            // Keeps the memory bounded; the file as a whole is refused by `tell`.
+            if all > MAX_TOTAL_BYTES { Err(TOO_MANY.to_owned()) } else { Ok(image) }
+        });
+        (i, image)
+    };
+    wanted.par_iter().map(decoded).collect()
+}
+
+/// Reports what is wrong with images; the numbers of the others.
+pub fn tell(decoded: &[Decoded], report: &mut Report) -> Vec<usize> {
+    let mut there = Vec::new();
+    let mut too_many = false;
+    for (i, image) in decoded {
+        match image {
+            Ok(_) => there.push(*i),
+            Err(message) => {
+                too_many |= message == TOO_MANY;
+                report.warn(
                     Problem::new(format!("/images/{i}"), format!("{message}; it is left out"))
                         .help("the materials that use it fall back to their plain factors"),
-                ),
+                );
             }
         }
-        if total.into_inner() > MAX_TOTAL_BYTES {
-            let message = format!("its textures take more than {MAX_TOTAL_BYTES} bytes of memory");
-            report.error(Problem::new("/images", message).help("use smaller textures"));
-        }
-        loaded
+    }
+    if too_many {
+        let message = format!("its textures take more than {MAX_TOTAL_BYTES} bytes of memory");
+        report.error(Problem::new("/images", message).help("use smaller textures"));
+    }
+    there
+}
+
+impl Textures {
+    /// Of the images with these numbers in the file, which become those of the model.
+    pub fn of(images: impl IntoIterator<Item = usize>) -> Self {
+        let by_image = images.into_iter().zip((0..).map(ImageId)).collect();
+        Self { by_image, textures: Vec::new(), ids: HashMap::new() }
     }
 
     /// What a slot looks up; `None` where its image is not there.
@@ -166,10 +178,9 @@ pub fn affine(transform: &TextureTransform) -> Affine2 {
     )
 }
 
-/// The error has the number of the image, and what is wrong with it.
-pub fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, (usize, String)> {
-    let failed = |message: String| (index, message);
-    let Some(json) = source.document.images.get(index) else { return Err(failed("does not exist".into())) };
+/// The error says what is wrong with the image, as a predicate.
+pub fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, String> {
+    let json = source.document.images.get(index).ok_or("does not exist")?;
     let file = json.uri.as_deref().filter(|uri| !uri.starts_with("data:")).unwrap_or("");
     let name = super::clipped(json.name.as_deref().filter(|n| !n.is_empty()).unwrap_or(file));
     let decoded = match (json.buffer_view, &json.uri) {
@@ -178,17 +189,14 @@ pub fn decode(source: &Source, index: usize, folder: &Path) -> Result<Image, (us
             bytes.map(|bytes| image::decode(bytes, &name)).ok_or("its buffer has no data in this file")
         }
         (None, Some(uri)) => {
-            let bytes = uri::read(uri, folder, image::MAX_FILE_BYTES).map_err(failed)?;
+            let bytes = uri::read(uri, folder, image::MAX_FILE_BYTES)?;
             Ok(image::decode(&bytes, if file.is_empty() { &name } else { file }))
         }
         (None, None) => Err("has neither uri nor bufferView"),
     };
-    let image = decoded.map_err(|m| failed(m.into()))?.map_err(|e| {
-        failed(format!(
-            "image {} cannot be decoded: {}",
-            quoted(&name),
-            e.chars().take(200).collect::<String>()
-        ))
+    let image = decoded?.map_err(|e| {
+        let why: String = e.chars().take(200).collect();
+        format!("image {} cannot be decoded: {why}", quoted(&name))
     })?;
     Ok(Image { name, ..image })
 }

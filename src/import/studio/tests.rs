@@ -125,7 +125,7 @@ fn own_lights_replace_those_of_the_studio() {
             "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":{candela}}}]}}}}}}"#
         );
         std::fs::write(&path, text).expect("written");
-        bare_asset(&path, [100, 100], &Selection::default(), None).expect("is read")
+        bare_asset(&path, [100, 100], &Selection::default(), None, |_| ()).expect("is read").0
     };
     // A fourth of the candela as W/m².
     for (candela, quads, strength, warnings) in
@@ -198,7 +198,9 @@ fn sample_assets() {
                 continue;
             }
             let aspect = 16.0 / 9.0;
-            let Ok(world) = bare_asset(&path, [1600, 900], &Selection::default(), None) else { continue };
+            let Ok((world, ())) = bare_asset(&path, [1600, 900], &Selection::default(), None, |_| ()) else {
+                continue;
+            };
             assert!(world.camera.to_world.is_finite(), "{}", path.display());
             if world.model.cameras.is_empty() {
                 let eye = Eye::new(&world.camera, aspect);

@@ -9,9 +9,10 @@ use crate::import::gltf::report::Problem;
 const LISTED: usize = 8;
 
 /// Findings by rule, in the order in which the rules were first broken.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Findings(Vec<Broken>);
 
+#[derive(Clone)]
 struct Broken {
     rule: &'static str,
     first: Vec<Problem>,
