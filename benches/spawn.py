@@ -18,4 +18,5 @@ _, status, usage = os.wait4(child, 0)
 seconds = time.perf_counter() - start
 peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 with open(result, "w") as out:
-    out.write(f'{{"seconds": {seconds}, "peak_bytes": {peak}, "exit": {os.waitstatus_to_exitcode(status)}}}')
+    cpu = usage.ru_utime + usage.ru_stime
+    out.write(f'{{"seconds": {seconds}, "cpu_seconds": {cpu}, "peak_bytes": {peak}, "exit": {os.waitstatus_to_exitcode(status)}}}')

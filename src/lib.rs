@@ -22,6 +22,7 @@
 //! | [`export`] | a `World` as input for Blender, POV-Ray and Mitsuba |
 //! | [`color`], [`output`] | view transforms; PNG, EXR, HDR, statistics |
 //! | [`compare`] | pictures against pictures: error metrics, FLIP, tests, an HTML report |
+//! | [`cache`] | what is slow to make of a file, kept for the next time |
 //! | [`input`], [`diagnostic`] | reading what users name; what is wrong with it, where, and what to do about it |
 //!
 //! Conventions: right-handed, +Y up, metres, radians inside (degrees in files), linear Rec.709 radiance in
@@ -29,6 +30,7 @@
 
 pub mod accel;
 pub mod bsdf;
+pub mod cache;
 pub mod camera;
 pub mod cli;
 pub mod color;

@@ -537,3 +537,56 @@ fn info_tells_what_a_model_holds() {
     fails(folder, "info scene.toml", 2, "not a kind of model");
     fails(folder, "info nothing.glb", 2, "no such file");
 }
+
+/// The picture is the same without a cache, with an empty, a full and a broken one, and with one that two processes fill.
+#[test]
+fn a_cache_changes_nothing_but_the_time() {
+    let folder = folder();
+    let noise = |x: u32, y: u32| {
+        let bits = (x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
+        image::Rgb([(bits >> 8) as u8, (bits >> 16) as u8, (bits >> 24) as u8])
+    };
+    image::RgbImage::from_fn(128, 64, noise).save(folder.path().join("sky.png")).expect("written");
+    let scene = SCENE.replace("type = \"gradient\"", "type = \"image\"\nfile = \"sky.png\"");
+    let scene = scene.lines().filter(|line| !line.starts_with("bottom") && !line.starts_with("top"));
+    fs::write(folder.path().join("scene.toml"), scene.collect::<Vec<_>>().join("\n")).expect("written");
+    let render = |flags: &str| {
+        let output =
+            run(folder.path(), &format!("render scene.toml -q -o a.exr --size 8x8 --samples 2{flags}"));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        fs::read(folder.path().join("a.exr")).expect("written")
+    };
+    let entry = || {
+        let mut files = fs::read_dir(folder.path().join("kept")).expect("a folder");
+        let file = files.next().expect("one entry").expect("read").path();
+        assert!(files.next().is_none());
+        file
+    };
+    let plain = render("");
+    assert_eq!(render(" --cache kept"), plain);
+    let whole = fs::read(entry()).expect("read");
+    assert_eq!(whole.len(), 16 + 128 * 64 * 4 + 32);
+    assert_eq!(render(" --cache kept"), plain);
+
+    let mut flipped = whole.clone();
+    flipped[4321] ^= 4;
+    let broken: [&[u8]; 5] = [&[], &whole[..7], &whole[..whole.len() / 2], &flipped, &[255; 100_000]];
+    for bytes in broken {
+        fs::write(entry(), bytes).expect("written");
+        assert_eq!(render(" --cache kept"), plain);
+        assert!(fs::read(entry()).expect("read") == whole, "written anew");
+    }
+    // Two at once.
+    fs::remove_dir_all(folder.path().join("kept")).expect("removed");
+    let start = |name: &str| {
+        let flags = format!("render scene.toml -q -o {name} --size 8x8 --samples 2 --cache kept");
+        rayo().current_dir(folder.path()).args(flags.split(' ')).spawn().expect("runs")
+    };
+    for (mut process, name) in ["b.exr", "c.exr"].map(|name| (start(name), name)) {
+        assert!(process.wait().expect("ends").success());
+        assert_eq!(fs::read(folder.path().join(name)).expect("written"), plain);
+    }
+    assert!(fs::read(entry()).expect("read") == whole);
+    // A file in the folder's place.
+    fails(folder.path(), "render scene.toml -q -o a.exr --cache scene.toml", 2, "cannot keep anything in");
+}

@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashSet,
-    fs,
+    env, fs,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -17,6 +17,7 @@ use super::{
     terminal::{has_color, say},
 };
 use crate::{
+    cache,
     color::{Picture, Spread},
     compile::{Trees, compile_with},
     diagnostic,
@@ -47,6 +48,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
 
+    /// Keep decoded images and computed tangents in this folder for the next time, at most 4 GiB; RAYO_CACHE says the same
+    #[arg(long, value_name = "FOLDER")]
+    cache: Option<PathBuf>,
+
     /// Say nothing unless something is wrong
     #[arg(long, short)]
     quiet: bool,
@@ -67,6 +72,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let stats = args.stats.as_deref().map(|file| (file, ["json"].as_slice()));
     check_targets(picture.into_iter().chain(stats))?;
     let threads = |n| render::thread_pool(n).map_err(|e| failed(render::Error::from(e)));
+    let usual = env::var_os("RAYO_CACHE").filter(|folder| !folder.is_empty()).map(PathBuf::from);
+    if let Some(folder) = args.cache.clone().or(usual) {
+        cache::keep_in(&folder).map_err(|why| Failure::BadInput(format!("error: {why}\n")))?;
+    }
     let start = Instant::now();
     let (job, trees) = threads(args.overrides.threads())?.install(|| {
         job::load_while(&args.file, &args.choices, |render, output| adjust(render, output, args), Trees::of)

@@ -18,7 +18,7 @@ use crate::{
     material,
     render::{Bounces, Settings},
     texture::Textures,
-    world::{Alpha, Material, Mesh, Model, Surface, World},
+    world::{Alpha, EnvironmentKind, Material, Mesh, Model, Surface, Texels, World},
 };
 
 pub use object::{Object, ObjectKind};
@@ -71,7 +71,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
 
 /// The same, with the trees that there are already: those of the first meshes.
 pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Scene {
-    let World { model, spheres, quads, environment, camera } = world;
+    let World { mut model, spheres, quads, environment: surrounding, camera } = world;
     let materials = &model.materials;
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
     objects.par_extend(model.instances.into_par_iter().map(Object::instance));
@@ -82,9 +82,16 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
     let is_filtered = |object: &Object| object.materials.iter().any(|m| filtered[m.index()]);
 
     let (environment, trees) = rayon::join(
-        || Environment::new(&environment, &model.images),
+        || Environment::new(&surrounding, &model.images),
         || with_those_that_lack(trees, &model.meshes, &objects, is_filtered, settings),
     );
+    if let EnvironmentKind::Image { image, .. } = surrounding.kind
+        && !model.textures.iter().any(|texture| texture.image == image)
+        && let Some(image) = model.images.get_mut(image.index())
+    {
+        // The environment has texels of its own.
+        image.texels = Texels::Rgba8(Vec::new());
+    }
     let textures = Textures::new(model.images, model.textures);
     let tree_seconds = trees.iter().map(|trees| (trees.end - trees.start).as_secs_f64()).sum::<f64>();
     let blases: Vec<Blas> = trees.into_iter().flat_map(|trees| trees.blases).collect();

@@ -7,6 +7,8 @@
 //! Files are hostile until proven otherwise: sizes are checked before anything is allocated for them, and a decoder that
 //! panics is an error like any other.
 
+mod kept;
+
 use std::{
     io::Cursor,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -17,6 +19,7 @@ use ::image::{DynamicImage, ImageFormat, ImageReader, Limits, Luma, LumaA, Rgb};
 
 use super::ktx2;
 use crate::{
+    cache,
     diagnostic::{Diagnostic, Place},
     input,
     world::{Image, Texels},
@@ -28,6 +31,9 @@ pub const MAX_SIDE: u32 = 16_384;
 pub const MAX_BYTES: u64 = 1 << 30;
 /// Bytes of an image file.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
+
+/// Images in fewer bytes are decoded sooner than looked for.
+const LEAST_KEPT: usize = 1 << 14;
 
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2F, 0x31, 0x01];
 
@@ -42,8 +48,16 @@ pub fn load(path: &Path) -> Result<Image, Diagnostic> {
     })
 }
 
-/// Decodes `bytes`. `name` becomes the image's name; its ending tells the format where the bytes do not (TGA).
+/// Decodes `bytes`, or finds them decoded before (see [`cache`]). `name` becomes the image's name; its ending tells the format where
+/// the bytes do not (TGA).
 pub fn decode(bytes: &[u8], name: &str) -> Result<Image, String> {
+    match cache::shared() {
+        Some(cache) if bytes.len() >= LEAST_KEPT => kept::decode(cache, bytes, name),
+        _ => decode_anew(bytes, name),
+    }
+}
+
+fn decode_anew(bytes: &[u8], name: &str) -> Result<Image, String> {
     let guarded = catch_unwind(AssertUnwindSafe(|| {
         if bytes.starts_with(&EXR_MAGIC) {
             decode_exr(bytes)

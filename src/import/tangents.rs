@@ -9,7 +9,13 @@ use std::collections::HashMap;
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::world::Mesh;
+use crate::{
+    cache::{self, Cache, Key},
+    world::Mesh,
+};
+
+/// Of fewer triangles tangents are computed sooner than looked for.
+const LEAST_KEPT: usize = 1 << 10;
 
 /// Gives `mesh` tangents along its UV set `set`. Without normals or that set, or where no triangle has a direction in
 /// texture space, it stays without.
@@ -19,20 +25,47 @@ pub fn generate(mesh: &mut Mesh, set: usize) {
     if mesh.normals.len() != n || uvs.len() != n || mesh.triangles.is_empty() {
         return;
     }
-    let mut corners = Corners { mesh, uvs, tangents: vec![[None; 3]; mesh.triangles.len()] };
-    if generate_tangents(&mut corners).is_err() {
-        return;
-    }
-    let tangents = corners.tangents;
-    if tangents.iter().flatten().any(Option::is_some) {
+    let tangents = match cache::shared().filter(|_| mesh.triangles.len() >= LEAST_KEPT) {
+        Some(cache) => kept(cache, mesh, uvs),
+        None => computed(mesh, uvs),
+    };
+    if tangents.iter().flatten().any(|tangent| !tangent.is_nan()) {
         assign(mesh, &tangents);
     }
+}
+
+/// Of the corners of each triangle; NaN where there is none.
+fn computed(mesh: &Mesh, uvs: &[Vec2]) -> Vec<[Vec4; 3]> {
+    let mut corners = Corners { mesh, uvs, tangents: vec![[Vec4::NAN; 3]; mesh.triangles.len()] };
+    match generate_tangents(&mut corners) {
+        Ok(()) => corners.tangents,
+        Err(_) => Vec::new(),
+    }
+}
+
+/// The same from the cache, if they are there.
+fn kept(cache: &Cache, mesh: &Mesh, uvs: &[Vec2]) -> Vec<[Vec4; 3]> {
+    let (positions, normals) = (bytemuck::cast_slice(&mesh.positions), bytemuck::cast_slice(&mesh.normals));
+    let triangles = mesh.triangles.as_flattened();
+    let key = Key::of(
+        "tangents",
+        &[positions, normals, bytemuck::cast_slice(uvs), bytemuck::cast_slice(triangles)],
+    );
+    let count = mesh.triangles.len();
+    let empty =
+        |_, length| (length == (count * size_of::<[Vec4; 3]>()) as u64).then(|| vec![[Vec4::ZERO; 3]; count]);
+    let bytes: fn(&mut Vec<[Vec4; 3]>) -> &mut [u8] = |all| bytemuck::cast_slice_mut(all.as_flattened_mut());
+    cache.get(&key, empty, bytes).unwrap_or_else(|| {
+        let tangents = computed(mesh, uvs);
+        cache.put(&key, [0; 16], bytemuck::cast_slice(tangents.as_flattened()));
+        tangents
+    })
 }
 
 struct Corners<'a> {
     mesh: &'a Mesh,
     uvs: &'a [Vec2],
-    tangents: Vec<[Option<Vec4>; 3]>,
+    tangents: Vec<[Vec4; 3]>,
 }
 
 impl Corners<'_> {
@@ -64,24 +97,27 @@ impl Geometry for Corners<'_> {
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
-        self.tangents[face][corner] = space.and_then(|space| {
+        let tangent = space.and_then(|space| {
             let [x, y, z, w] = space.tangent_encoded();
             Vec3::new(x, y, z).try_normalize().map(|t| t.extend(w))
         });
+        self.tangents[face][corner] = tangent.unwrap_or(Vec4::NAN);
     }
 }
 
 /// Writes the corners' tangents to the vertices, splitting those whose corners disagree. A corner without one (a degenerate
 /// triangle apart from all others) gets any direction across the normal.
-fn assign(mesh: &mut Mesh, tangents: &[[Option<Vec4>; 3]]) {
+fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
     let mut given: Vec<Option<Vec4>> = vec![None; mesh.positions.len()];
     let mut split: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
     let mut triangles = std::mem::take(&mut mesh.triangles);
     for (triangle, tangents) in triangles.iter_mut().zip(tangents) {
         for (vertex, tangent) in triangle.iter_mut().zip(tangents) {
             let v = *vertex as usize;
-            let tangent = tangent
-                .unwrap_or_else(|| mesh.normals[v].any_orthogonal_vector().normalize_or(Vec3::X).extend(1.0));
+            let tangent = match tangent.is_nan() {
+                true => mesh.normals[v].any_orthogonal_vector().normalize_or(Vec3::X).extend(1.0),
+                false => *tangent,
+            };
             match given[v] {
                 None => given[v] = Some(tangent),
                 Some(first) if first == tangent => {}
@@ -116,6 +152,29 @@ fn duplicate(mesh: &mut Mesh, v: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_kept_is_what_was_computed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let cache = Cache::open(folder.path(), cache::LIMIT).expect("opened");
+        let mut mesh = square([Vec2::new(0., 1.), Vec2::new(1., 1.), Vec2::ZERO, Vec2::new(1., 0.)]);
+        // One without area, apart from the others, has no tangent.
+        mesh.positions.push(Vec3::splat(9.0));
+        mesh.normals.push(Vec3::Z);
+        mesh.triangles.push([4; 3]);
+        let mut uvs = mesh.uvs[0].clone();
+        uvs.push(Vec2::ZERO);
+        let bits = |all: Vec<[Vec4; 3]>| {
+            all.concat().iter().map(|t| t.to_array().map(f32::to_bits)).collect::<Vec<_>>()
+        };
+        let fresh = bits(computed(&mesh, &uvs));
+        assert_eq!(bits(kept(&cache, &mesh, &uvs)), fresh);
+        assert_eq!(bits(kept(&cache, &mesh, &uvs)), fresh);
+        // Another mesh has its own.
+        uvs.iter_mut().for_each(|uv| uv.x = 1.0 - uv.x);
+        assert_eq!(bits(kept(&cache, &mesh, &uvs)), bits(computed(&mesh, &uvs)));
+        assert_ne!(bits(kept(&cache, &mesh, &uvs)), fresh);
+    }
 
     /// Two triangles of a square in z = 0 facing +Z; v runs down.
     fn square(uvs: [Vec2; 4]) -> Mesh {
