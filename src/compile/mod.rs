@@ -191,3 +191,74 @@ fn must_be_asked(material: &Material) -> bool {
     let is_unlit = matches!(material.surface, Surface::Unlit { .. });
     material.alpha != Alpha::Opaque || is_unlit || material::is_wall(material)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use glam::Affine3A;
+
+    use super::*;
+    use crate::{
+        geometry::Ray,
+        world::{self, ColorInput, Instance, MaterialId, MeshId, Projection},
+    };
+
+    /// Of coincident triangles one is enough, unless a material of the scene that replaces the model's lets rays pass.
+    #[test]
+    fn trees_built_before_materials_are_replaced_have_what_those_need() {
+        let opaque = Material::new("a", Surface::Diffuse { color: ColorInput::constant(Vec3::ONE) });
+        let glimpse = Material { alpha: Alpha::Blend, ..opaque.clone() };
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]; 2],
+            ..Mesh::default()
+        };
+        let instance = |material| Instance {
+            name: String::new(),
+            mesh: MeshId(0),
+            to_world: Affine3A::IDENTITY,
+            materials: vec![MaterialId(material)],
+        };
+        let model = Model {
+            meshes: vec![mesh],
+            materials: vec![opaque, glimpse.clone()],
+            instances: vec![instance(0)],
+            ..Model::default()
+        };
+        let met = |trees: Vec<Trees>| {
+            let world = World {
+                model: Model { instances: vec![instance(1)], ..model.clone() },
+                spheres: Vec::new(),
+                quads: Vec::new(),
+                environment: world::Environment {
+                    kind: EnvironmentKind::Color(Vec3::ONE),
+                    strength: 1.0,
+                    rotation: 0.0,
+                    visible: true,
+                },
+                camera: world::Camera {
+                    name: String::new(),
+                    node: String::new(),
+                    to_world: Affine3A::IDENTITY,
+                    projection: Projection::Perspective { vfov: 1.0 },
+                    aperture: 0.0,
+                    focus: 1.0,
+                },
+            };
+            let scene = compile_with(world, trees, &Settings::default());
+            let origin = Vec3::new(0.2, 0.2, 1.0);
+            let ray = Ray { origin, direction: Vec3::NEG_Z, t_min: 0.0, t_max: f32::INFINITY };
+            let mut met = BTreeSet::new();
+            scene.accel.closest_where(&ray, |hit| {
+                met.insert(hit.primitive);
+                false
+            });
+            met.len()
+        };
+        let settings = Settings::default();
+        assert_eq!(met(Vec::new()), 2);
+        assert_eq!(met(vec![Trees::of(&model, &[&glimpse], &settings)]), 2);
+        assert_eq!(met(vec![Trees::of(&model, &[], &settings)]), 1, "nobody said that it is replaced");
+    }
+}
