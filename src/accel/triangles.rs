@@ -55,15 +55,14 @@ impl Block {
         t_max: f32,
     ) -> Option<BlockHits<L>> {
         let (a, b, c) =
-            (self.sheared(0, ray, shear), self.sheared(1, ray, shear), self.sheared(2, ray, shear));
+            (self.sheared::<L>(0, ray, shear), self.sheared(1, ray, shear), self.sheared(2, ray, shear));
         let (mut u, mut v, mut w) = (edge(c, b), edge(a, c), edge(b, a));
         let mut inside = same_sign(u, v, w);
         if L::bits(inside) == 0 {
             return None;
         }
         let zero = L::splat(0.0);
-        let vanishes = |e: L| L::and(e.le(zero), zero.le(e));
-        let vanishing = L::bits(L::and(inside, L::or(L::or(vanishes(u), vanishes(v)), vanishes(w))));
+        let vanishing = L::bits(L::and(inside, u.abs().min(v.abs()).min(w.abs()).le(zero)));
         if vanishing != 0 {
             let plane = |p: [L; 3]| [p[0].to_array(), p[1].to_array()];
             let edges = [u.to_array(), v.to_array(), w.to_array()];
@@ -80,7 +79,7 @@ impl Block {
             return None;
         }
         let scale = L::splat(shear.sz).div(det);
-        let surely_positive = depth_error(a, b, c, largest(u, v, w)).mul(abs(scale)).lt(t);
+        let surely_positive = depth_error(a, b, c, largest(u, v, w)).mul(scale.abs()).lt(t);
         let lanes = L::bits(L::and(within, surely_positive));
         (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
     }
@@ -126,12 +125,7 @@ fn depth_error<L: Lanes>(a: [L; 3], b: [L; 3], c: [L; 3], e: L) -> L {
 
 #[inline(always)]
 fn largest<L: Lanes>(p: L, q: L, r: L) -> L {
-    abs(p).max(abs(q)).max(abs(r))
-}
-
-#[inline(always)]
-fn abs<L: Lanes>(l: L) -> L {
-    l.max(L::splat(0.0).sub(l))
+    p.abs().max(q.abs()).max(r.abs())
 }
 
 /// The exact edge functions of some lanes (as bits). Rare: the ray must meet an edge or a vertex.
