@@ -6,6 +6,9 @@
 /// Number of lanes.
 pub const WIDTH: usize = 8;
 
+/// Bits of all lanes.
+pub const ALL: u32 = (1 << WIDTH) - 1;
+
 pub trait Lanes: Copy {
     type Mask: Copy;
 

@@ -5,7 +5,7 @@ use obvhs::aabb::Aabb;
 
 use super::{
     Blas, Hit, Object, Shape,
-    lanes::Lanes,
+    lanes::{Lanes, WIDTH},
     lines::{self, Line},
     parts::Part,
     plan::LeafSize,
@@ -301,19 +301,18 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool {
         // SAFETY: `Blas` has so many blocks there.
         for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
-            let t_max = self.search.t_max();
-            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, self.ray.t_min, t_max) else {
-                continue;
-            };
-            let (t, u, v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
+            let (t_min, t_max) = (self.ray.t_min.max(0.0), self.search.t_max());
+            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, t_max) else { continue };
+            let (t, v) = (hits.t.to_array(), hits.v.to_array());
+            let (w, det) = (hits.w.to_array(), hits.det.to_array());
             let mut lanes = hits.lanes;
             while lanes != 0 {
-                let lane = lanes.trailing_zeros() as usize & 7;
+                let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
                 lanes &= lanes - 1;
                 let hit = Hit {
                     t: t[lane],
-                    u: u[lane],
-                    v: v[lane],
+                    u: v[lane] / det[lane],
+                    v: w[lane] / det[lane],
                     object: self.id.object,
                     primitive: block.primitive[lane],
                 };

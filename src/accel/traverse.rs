@@ -6,7 +6,7 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    lanes::{Lanes, WIDTH},
+    lanes::{ALL, Lanes, WIDTH},
     lines::{LEAF, Line, line, tag},
     top_down::MAX_DEPTH,
     wide::Node,
@@ -92,9 +92,6 @@ impl<L: Lanes> Slabs<L> {
 
 /// Bytes of a plane of all children of a node.
 const PLANE: usize = size_of::<[f32; WIDTH]>();
-
-/// Bits of all lanes.
-const ALL: u32 = (1 << WIDTH) - 1;
 
 /// Puts the farther entry first.
 #[inline(always)]

@@ -22,12 +22,15 @@ pub struct Block {
     pub primitive: [u32; WIDTH],
 }
 
-/// What a ray meets in a block: lanes as bits, and t, u, v of each.
+/// What a ray meets in a block.
 pub struct BlockHits<L> {
+    /// As bits.
     pub lanes: u32,
     pub t: L,
-    pub u: L,
+    /// Edge functions of the second and third vertex, and the sum of all three: hits have their quotients as coordinates.
     pub v: L,
+    pub w: L,
+    pub det: L,
 }
 
 impl Block {
@@ -45,7 +48,7 @@ impl Block {
         block
     }
 
-    /// Hits with t in (`t_min`, `t_max`], `t_max` included.
+    /// Hits with t in (`t_min`, `t_max`], `t_max` included; `t_min` is not negative.
     #[inline(always)]
     pub fn intersect<L: Lanes>(
         &self,
@@ -71,17 +74,16 @@ impl Block {
             inside = same_sign(u, v, w);
         }
         let det = u.add(v).add(w);
-        let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
         let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
         let t = depth.mul(L::splat(shear.sz)).div(det);
-        let within = L::and(inside, L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max))));
+        let det_counts = L::or(det.lt(zero), zero.lt(det));
+        let within = L::and(L::and(inside, det_counts), L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max))));
         if L::bits(within) == 0 {
             return None;
         }
-        let scale = L::splat(shear.sz).div(det);
-        let surely_positive = depth_error(a, b, c, largest(u, v, w)).mul(scale.abs()).lt(t);
+        let surely_positive = depth_error(a, b, c, largest(u, v, w)).lt(depth.abs());
         let lanes = L::bits(L::and(within, surely_positive));
-        (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
+        (lanes != 0).then_some(BlockHits { lanes, t, v, w, det })
     }
 
     /// One vertex of each triangle, relative to the ray's origin and sheared.
@@ -110,7 +112,7 @@ fn same_sign<L: Lanes>(u: L, v: L, w: L) -> L::Mask {
     L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero))
 }
 
-/// Bound on the error of t, before it is divided by the determinant; `e` is the largest edge function.
+/// Bound on the error of the depth, which decides the sign of t; `e` is the largest edge function.
 #[inline(always)]
 fn depth_error<L: Lanes>(a: [L; 3], b: [L; 3], c: [L; 3], e: L) -> L {
     let x = largest(a[0], b[0], c[0]);

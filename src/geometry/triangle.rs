@@ -67,16 +67,17 @@ pub fn intersect(ray: &Ray, shear: &Shear, triangle: [Vec3; 3]) -> Option<Triang
     if !inside || det == 0.0 {
         return None;
     }
-    let t = ((u * a.z + v * b.z) + w * c.z) * sz / det;
-    if !(t > ray.t_min && t < ray.t_max) {
+    let depth = (u * a.z + v * b.z) + w * c.z;
+    let t = depth * sz / det;
+    if !(t > ray.t_min.max(0.0) && t < ray.t_max) {
         return None;
     }
     let largest = |p: f32, q: f32, r: f32| p.abs().max(q.abs()).max(r.abs());
     let (x, y, z) = (largest(a.x, b.x, c.x), largest(a.y, b.y, c.y), largest(a.z, b.z, c.z));
     let e = largest(u, v, w);
     let edge_error = 2.0 * ((EDGE * x) * y + (SHEAR * (y + z)) * x + (SHEAR * (x + z)) * y);
-    let error = 3.0 * (((DEPTH * e) * z + edge_error * z) + (DEPTH * z) * e) * (sz / det).abs();
-    (t > error).then(|| TriangleHit { t, u: v / det, v: w / det })
+    let error = 3.0 * (((DEPTH * e) * z + edge_error * z) + (DEPTH * z) * e);
+    (depth.abs() > error).then(|| TriangleHit { t, u: v / det, v: w / det })
 }
 
 /// Relative errors of an edge function, of the sheared coordinates and of the depth, in what t's error bound is built
