@@ -1,7 +1,9 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec3, Vec3};
-use obvhs::aabb::Aabb;
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::{
     lanes::WIDTH,
@@ -22,6 +24,9 @@ const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
 /// Triangles, at most.
 const MAX_TRIANGLES: usize = 1 << 28;
 
+/// Boxes in the [outline](Blas::outline), at most.
+const OUTLINE: usize = 64;
+
 /// How a mesh's tree is built.
 #[derive(Clone, Copy, Debug)]
 pub struct Build {
@@ -36,6 +41,7 @@ pub struct Blas {
     /// A leaf's tag is the number of its [blocks](Block).
     pub(super) lines: Vec<Line>,
     bounds: Option<(Vec3, Vec3)>,
+    outline: Vec<Aabb>,
     set_aside: usize,
 }
 
@@ -71,7 +77,7 @@ impl Blas {
             numbers.len().div_ceil(WIDTH) as u32
         });
         let bounds = tree.nodes.first().map(|root| (root.aabb().min.into(), root.aabb().max.into()));
-        Self { lines, bounds, set_aside }
+        Self { lines, bounds, outline: outline(&tree), set_aside }
     }
 
     /// How many triangles no ray can hit, and so are not in the tree.
@@ -84,10 +90,31 @@ impl Blas {
         self.bounds
     }
 
+    /// Boxes that hold everything, a few: where the mesh is turned, together they reach less far than the one around all.
+    pub(super) fn outline(&self) -> &[Aabb] {
+        &self.outline
+    }
+
     /// Bytes.
     pub fn memory(&self) -> usize {
         size_of_val(&self.lines[..])
     }
+}
+
+/// The largest nodes opened, as long as they are less than [`OUTLINE`].
+fn outline(tree: &Bvh2) -> Vec<Aabb> {
+    let entry = |index: u32| (tree.nodes[index as usize].aabb().half_area().to_bits(), index);
+    let mut open: BinaryHeap<(u32, u32)> = tree.nodes.iter().take(1).map(|_| entry(0)).collect();
+    let mut boxes = Vec::new();
+    while let Some((_, index)) = open.pop() {
+        let node = &tree.nodes[index as usize];
+        if node.is_leaf() || boxes.len() + open.len() + 1 >= OUTLINE {
+            boxes.push(*node.aabb());
+        } else {
+            open.extend([entry(node.first_index), entry(node.first_index + 1)]);
+        }
+    }
+    boxes
 }
 
 /// Moves the first part of each set of triangles with the same corners, bit by bit, to the front, and counts them. (In the same

@@ -1,7 +1,8 @@
 //! The tree over all objects. Each has a leaf of its own.
 
-use glam::{Affine3A, DAffine3, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use super::{
     Blas, Hit, Object, Shape,
@@ -77,6 +78,7 @@ impl Objects {
     pub fn build(blases: Vec<Blas>, objects: &[Object]) -> Self {
         assert!(objects.len() <= MAX_OBJECTS, "too many objects");
         let mut parts: Vec<Part> = (0..objects.len() as u32)
+            .into_par_iter()
             .filter_map(|i| Some((i, bounds(&blases, &objects[i as usize].shape)?)))
             .filter(|(_, b)| {
                 [b.min, b.max].iter().all(|p| p.is_finite() && p.abs().max_element() < MAX_EXTENT)
@@ -179,17 +181,23 @@ impl Shape {
     /// Center and radius of a ball around it in the world; `None` where there is nothing to hit. `blases` are those that it
     /// refers to.
     pub fn ball(&self, blases: &[Blas]) -> Option<(Vec3, f32)> {
-        match *self {
-            Self::Sphere { center, radius } => (radius > 0.0).then_some((center, radius)),
-            _ => bounds(blases, self).map(|b| (b.center().into(), 0.5 * b.diagonal().length())),
-        }
+        let bounds = match *self {
+            Self::Sphere { center, radius } => return (radius > 0.0).then_some((center, radius)),
+            Self::Mesh { blas, to_world } => {
+                let (low, high) = blases.get(blas as usize)?.bounds()?;
+                placed(&to_world, &[Aabb::new(low.into(), high.into())])
+            }
+            Self::Quad { .. } => bounds(blases, self)?,
+        };
+        Some((bounds.center().into(), 0.5 * bounds.diagonal().length()))
     }
 }
 
+/// Share of the largest numbers that went in: more than the roundings of a transform, there and back.
+const MARGIN: f32 = 16.0 * f32::EPSILON;
+
 /// Bounds in the world, rounded outwards.
 fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
-    /// Share of the largest coordinate: more than the roundings of a transform, there and back.
-    const MARGIN: f32 = 16.0 * f32::EPSILON;
     let corners = |points: &[Vec3A]| {
         let b = Aabb::from_points(points);
         let margin = MARGIN * b.min.abs().max(b.max.abs()).max_element();
@@ -197,11 +205,8 @@ fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
     };
     match *shape {
         Shape::Mesh { blas, to_world } => {
-            let (low, high) = blases.get(blas as usize)?.bounds()?;
-            Some(corners(&[0, 1, 2, 3, 4, 5, 6, 7].map(|i| {
-                let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                to_world.transform_point3a(Vec3A::new(pick(0), pick(1), pick(2)))
-            })))
+            let outline = blases.get(blas as usize)?.outline();
+            (!outline.is_empty()).then(|| placed(&to_world, outline))
         }
         Shape::Sphere { center, radius } => {
             let (c, r) = (Vec3A::from(center), Vec3A::splat(radius));
@@ -211,6 +216,22 @@ fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
             Some(corners(&[origin, origin + u, origin + v, origin + u + v].map(Vec3A::from)))
         }
     }
+}
+
+/// Bounds of boxes that are moved.
+fn placed(to_world: &Affine3A, boxes: &[Aabb]) -> Aabb {
+    let m = &to_world.matrix3;
+    let size = Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    // (twice the middle and the extent of each box)
+    let (mut low, mut high, mut largest) = (Vec3A::MAX, Vec3A::MIN, Vec3A::ZERO);
+    for b in boxes {
+        let (middle, extent) = (*m * (b.min + b.max), size * (b.max - b.min));
+        (low, high) = (low.min(middle - extent), high.max(middle + extent));
+        largest = largest.max(b.min.abs()).max(b.max.abs());
+    }
+    // (infinite where `middle` may be: such boxes are set aside)
+    let margin = MARGIN * (0.5 * (size * (2.0 * largest)) + to_world.translation.abs()).max_element();
+    Aabb::new(0.5 * low + to_world.translation - margin, 0.5 * high + to_world.translation + margin)
 }
 
 struct ObjectLeaves<'a, F, const ANY: bool, const FILTER: bool> {
