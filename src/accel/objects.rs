@@ -322,8 +322,14 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool {
         // SAFETY: `Blas` has so many blocks there.
         for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
-            let (t_min, t_max) = (self.ray.t_min.max(0.0), self.search.t_max());
-            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, t_max) else { continue };
+            let t_min = self.ray.t_min.max(0.0);
+            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, self.search.t_last()) else {
+                continue;
+            };
+            if ANY && !FILTER {
+                self.search.end();
+                return true;
+            }
             let (t, v) = (hits.t.to_array(), hits.v.to_array());
             let (w, det) = (hits.w.to_array(), hits.det.to_array());
             let mut lanes = hits.lanes;

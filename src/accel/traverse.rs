@@ -230,10 +230,10 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(lines: &[Line], ray: &Ray, leaves: &
     }
 }
 
-/// All four lines of a node, or of a leaf's beginning: the largest single gain on scenes that exceed the cache.
+/// All lines of a node, or of a leaf with one block: the largest single gain on scenes that exceed the cache.
 #[inline(always)]
 fn prefetch<L: Lanes>(address: *const Line) {
-    for line in 0..4 {
+    for line in 0..5 {
         L::prefetch(address.wrapping_add(line).cast());
     }
 }
