@@ -25,7 +25,7 @@ const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
 const MAX_TRIANGLES: usize = 1 << 28;
 
 /// Boxes in the [outline](Blas::outline), at most.
-const OUTLINE: usize = 64;
+const OUTLINE: usize = 32;
 
 /// How a mesh's tree is built.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ impl Blas {
 
     /// Bytes.
     pub fn memory(&self) -> usize {
-        size_of_val(&self.lines[..])
+        size_of_val(&self.lines[..]) + size_of_val(&self.outline[..])
     }
 }
 
