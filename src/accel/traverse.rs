@@ -84,8 +84,8 @@ impl<L: Lanes> Slabs<L> {
         let plane = |at: usize| L::load(unsafe { &*planes.add(at).cast::<[f32; WIDTH]>() });
         let near = |axis: usize| plane(self.first[axis]).mul_sub(self.inverse[axis], self.near[axis]);
         let far = |axis: usize| plane(self.first[axis] ^ PLANE).mul_sub(self.inverse[axis], self.far[axis]);
-        let enter = near(0).max_bits(near(1)).max_bits(near(2).max_bits(self.t_min));
-        let leave = far(0).min_bits(far(1)).min_bits(far(2).min_bits(t_max));
+        let enter = near(0).later(near(1)).later(near(2).later(self.t_min));
+        let leave = far(0).earlier(far(1)).earlier(far(2).earlier(t_max));
         (enter.exceeds(leave, PAD_FAR) ^ ALL, enter)
     }
 }
