@@ -1,16 +1,19 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec3, Vec3};
-use obvhs::aabb::Aabb;
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::{
     lanes::WIDTH,
+    lines::{self, Line},
     parts::{self, Part},
     plan::LeafSize,
     quality::Quality,
     top_down,
     triangles::Block,
-    wide::{self, Node},
+    wide,
 };
 
 /// Triangles that reach farther than this from the origin are set aside: products of three coordinates would overflow.
@@ -18,8 +21,11 @@ pub const MAX_COORDINATE: f32 = 1e12;
 
 const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
 
-/// A leaf's rest: the number of blocks above this bit, the first block below.
-const COUNT_SHIFT: u32 = 28;
+/// Triangles, at most.
+const MAX_TRIANGLES: usize = 1 << 28;
+
+/// Boxes in the [outline](Blas::outline), at most.
+const OUTLINE: usize = 32;
 
 /// How a mesh's tree is built.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +38,10 @@ pub struct Build {
 /// The tree over a mesh.
 #[derive(Debug)]
 pub struct Blas {
-    pub(super) nodes: Vec<Node>,
-    blocks: Vec<Block>,
+    /// A leaf's tag is the number of its [blocks](Block).
+    pub(super) lines: Vec<Line>,
     bounds: Option<(Vec3, Vec3)>,
+    outline: Vec<Aabb>,
     set_aside: usize,
 }
 
@@ -44,9 +51,9 @@ impl Blas {
     /// same corners all but the first are left out too, unless hits are filtered: at equal t it is the one that is hit.)
     ///
     /// # Panics
-    /// On more than 2²⁸ triangles.
+    /// On more than 2²⁸ triangles, or fewer where they make a tree of more than 32 GiB.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], build: Build) -> Self {
-        assert!(triangles.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
+        assert!(triangles.len() <= MAX_TRIANGLES, "too many triangles for one mesh");
         let corners = |i: u32| corners(positions, &triangles[i as usize]);
         let usable = |i: u32| corners(i).filter(is_usable);
         let mut parts = parts::of_triangles(triangles.len() as u32, usable);
@@ -59,21 +66,18 @@ impl Blas {
             false => merge_coincident(parts, corners),
         };
         let tree = top_down::build(&mut parts, build.quality.leaf(LEAF_SIZE.block), &thin);
-        let (nodes, blocks) = wide::collapse(&tree, &parts, LEAF_SIZE, |numbers, blocks: &mut Vec<Block>| {
+        let lines = wide::collapse(&tree, &parts, LEAF_SIZE, |numbers, lines| {
             // Parts of one triangle may meet in a leaf.
             numbers.sort_unstable();
             numbers.dedup();
-            let first = blocks.len();
-            blocks.extend(
-                numbers
-                    .chunks(WIDTH)
-                    .map(|numbers| Block::new(numbers.iter().filter_map(|&i| Some((i, corners(i)?))))),
-            );
-            ((blocks.len() - first) << COUNT_SHIFT | first) as u32
+            for numbers in numbers.chunks(WIDTH) {
+                let block = Block::new(numbers.iter().filter_map(|&i| Some((i, corners(i)?))));
+                lines::extend(lines, &[block]);
+            }
+            numbers.len().div_ceil(WIDTH) as u32
         });
-        assert!(blocks.len() <= 1 << COUNT_SHIFT, "too many triangles for one mesh");
         let bounds = tree.nodes.first().map(|root| (root.aabb().min.into(), root.aabb().max.into()));
-        Self { nodes, blocks, bounds, set_aside }
+        Self { lines, bounds, outline: outline(&tree), set_aside }
     }
 
     /// How many triangles no ray can hit, and so are not in the tree.
@@ -86,25 +90,31 @@ impl Blas {
         self.bounds
     }
 
+    /// Boxes that hold everything, a few: where the mesh is turned, together they reach less far than the one around all.
+    pub(super) fn outline(&self) -> &[Aabb] {
+        &self.outline
+    }
+
     /// Bytes.
     pub fn memory(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
+        size_of_val(&self.lines[..]) + size_of_val(&self.outline[..])
     }
+}
 
-    /// The blocks of a leaf.
-    #[inline(always)]
-    pub(super) fn leaf(&self, rest: u32) -> &[Block] {
-        let first = rest as usize & ((1 << COUNT_SHIFT) - 1);
-        let count = (rest >> COUNT_SHIFT) as usize;
-        debug_assert!(first + count <= self.blocks.len());
-        // SAFETY: leaf words are made in `build`, from the blocks just pushed; that of an unused child says 0 blocks.
-        unsafe { self.blocks.get_unchecked(first..first + count) }
+/// The largest nodes opened, as long as they are less than [`OUTLINE`].
+fn outline(tree: &Bvh2) -> Vec<Aabb> {
+    let entry = |index: u32| (tree.nodes[index as usize].aabb().half_area().to_bits(), index);
+    let mut open: BinaryHeap<(u32, u32)> = tree.nodes.iter().take(1).map(|_| entry(0)).collect();
+    let mut boxes = Vec::new();
+    while let Some((_, index)) = open.pop() {
+        let node = &tree.nodes[index as usize];
+        if node.is_leaf() || boxes.len() + open.len() + 1 >= OUTLINE {
+            boxes.push(*node.aabb());
+        } else {
+            open.extend([entry(node.first_index), entry(node.first_index + 1)]);
+        }
     }
-
-    #[inline(always)]
-    pub(super) fn leaf_address(&self, rest: u32) -> *const u8 {
-        self.blocks.as_ptr().wrapping_add(rest as usize & ((1 << COUNT_SHIFT) - 1)).cast()
-    }
+    boxes
 }
 
 /// Moves the first part of each set of triangles with the same corners, bit by bit, to the front, and counts them. (In the same

@@ -10,6 +10,7 @@
 //! | `bins`, `top_down` | where to divide a set of boxes; boxes into a binary tree |
 //! | `plan`, `wide` | which nodes survive in an eight-wide tree; that tree |
 //! | `quality` | how much time goes into that |
+//! | `lines` | where nodes and leaves lie in memory |
 //! | `memory` | huge pages for what is large |
 //! | `traverse` | a ray through an eight-wide tree |
 //! | `lanes` | eight floats at once: AVX2, or portable |
@@ -24,6 +25,7 @@
 mod bins;
 mod blas;
 mod lanes;
+mod lines;
 mod memory;
 mod objects;
 mod parts;

@@ -1,25 +1,30 @@
 //! The tree over all objects. Each has a leaf of its own.
 
-use glam::{Affine3A, DAffine3, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use super::{
     Blas, Hit, Object, Shape,
-    lanes::Lanes,
+    lanes::{Lanes, WIDTH},
+    lines::{self, Line},
     parts::Part,
     plan::LeafSize,
     search::Search,
     top_down,
     traverse::{Leaves, traverse},
-    wide::{self, LEAF, Node},
+    triangles::Block,
+    wide,
 };
 use crate::geometry::{Ray, quad::Quad, sphere, triangle::Shear};
 
-/// A leaf's rest: the kind above this bit, the index among its kind below.
-const KIND_SHIFT: u32 = 29;
-const INSTANCE: u32 = 0;
-const SPHERE: u32 = 1;
-const QUAD: u32 = 2;
+/// A leaf's tag: what it is.
+const INSTANCE: u32 = 1;
+const SPHERE: u32 = 2;
+const QUAD: u32 = 3;
+
+/// Beyond what a tree can hold in any case.
+const MAX_OBJECTS: usize = 1 << 29;
 
 /// Objects that reach farther from the origin are set aside: sums of the areas of boxes would overflow.
 const MAX_EXTENT: f32 = 1e15;
@@ -30,7 +35,7 @@ struct Id {
     filtered: bool,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Instance {
     to_object: Affine3A,
@@ -40,89 +45,66 @@ struct Instance {
     id: Id,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 struct Sphere {
     center: Vec3,
     radius: f32,
     id: Id,
 }
 
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct PlacedQuad(Quad, Id);
+
 #[derive(Debug)]
 pub struct Objects {
-    nodes: Vec<Node>,
-    instances: Vec<Instance>,
-    spheres: Vec<Sphere>,
-    quads: Vec<(Quad, Id)>,
+    lines: Vec<Line>,
     blases: Vec<Blas>,
-    /// There is one instance and nothing else: rays need not go through `nodes`.
-    is_instance: bool,
+    /// Where there is nothing else: rays need not go through the tree.
+    alone: Option<Instance>,
     bounds: Option<Aabb>,
     set_aside: usize,
 }
 
 /// An object as it is stored, before it has its place.
 enum Stored {
-    Instance(Affine3A, u32),
-    Sphere(Vec3, f32),
-    Quad(Quad),
+    Instance(Instance),
+    Sphere(Sphere),
+    Quad(PlacedQuad),
 }
 
 impl Objects {
     pub fn build(blases: Vec<Blas>, objects: &[Object]) -> Self {
-        assert!(objects.len() <= 1 << KIND_SHIFT, "too many objects");
+        assert!(objects.len() <= MAX_OBJECTS, "too many objects");
         let mut parts: Vec<Part> = (0..objects.len() as u32)
+            .into_par_iter()
             .filter_map(|i| Some((i, bounds(&blases, &objects[i as usize].shape)?)))
             .filter(|(_, b)| {
                 [b.min, b.max].iter().all(|p| p.is_finite() && p.abs().max_element() < MAX_EXTENT)
             })
-            .filter(|(i, _)| stored(&objects[*i as usize].shape).is_some())
+            .filter(|(i, _)| stored(*i, &objects[*i as usize]).is_some())
             .map(|(i, b)| Part::new(&b, i))
             .collect();
         let tree = top_down::build(&mut parts, 1, &|parts| parts.len());
         let one = LeafSize { block: 1, max_blocks: 1 };
-        let (nodes, order) = wide::collapse(&tree, &parts, one, |numbers, order: &mut Vec<u32>| {
-            order.append(numbers);
-            order.len() as u32
+        let lines = wide::collapse(&tree, &parts, one, |numbers, lines| {
+            store(numbers[0], &objects[numbers[0] as usize], lines)
         });
-        let mut all = Self {
-            nodes,
-            instances: Vec::new(),
-            spheres: Vec::new(),
-            quads: Vec::new(),
+        let alone = match &parts[..] {
+            [part] => match stored(part.number(), &objects[part.number() as usize]) {
+                Some(Stored::Instance(instance)) => Some(instance),
+                _ => None,
+            },
+            _ => None,
+        };
+        Self {
+            lines,
+            blases,
+            alone,
             bounds: tree.nodes.first().map(|root| *root.aabb()),
             set_aside: objects.len() - parts.len(),
-            is_instance: false,
-            blases,
-        };
-        let words: Vec<u32> = order.iter().map(|&i| all.store(i, &objects[i as usize])).collect();
-        // (those of unused children say 0)
-        for word in all.nodes.iter_mut().flat_map(|node| &mut node.child).filter(|word| **word > LEAF) {
-            *word = LEAF | words[(*word - LEAF) as usize - 1];
         }
-        all.is_instance = order.len() == 1 && all.instances.len() == 1;
-        all
-    }
-
-    /// Stored in the order of the leaves, so that neighbours in space are neighbours in memory.
-    fn store(&mut self, object: u32, description: &Object) -> u32 {
-        let id = Id { object, filtered: description.filtered };
-        let (kind, index) = match stored(&description.shape) {
-            Some(Stored::Instance(to_object, blas)) => {
-                let is_placed = to_object != Affine3A::IDENTITY;
-                self.instances.push(Instance { to_object, is_placed, blas, id });
-                (INSTANCE, self.instances.len())
-            }
-            Some(Stored::Sphere(center, radius)) => {
-                self.spheres.push(Sphere { center, radius, id });
-                (SPHERE, self.spheres.len())
-            }
-            Some(Stored::Quad(quad)) => {
-                self.quads.push((quad, id));
-                (QUAD, self.quads.len())
-            }
-            None => unreachable!("only objects that can be stored are in the tree"),
-        };
-        kind << KIND_SHIFT | (index - 1) as u32
     }
 
     pub fn bounds(&self) -> (Vec3, Vec3) {
@@ -134,11 +116,7 @@ impl Objects {
     }
 
     pub fn memory(&self) -> usize {
-        size_of_val(&self.nodes[..])
-            + size_of_val(&self.instances[..])
-            + size_of_val(&self.spheres[..])
-            + size_of_val(&self.quads[..])
-            + self.blases.iter().map(Blas::memory).sum::<usize>()
+        size_of_val(&self.lines[..]) + self.blases.iter().map(Blas::memory).sum::<usize>()
     }
 
     #[inline(always)]
@@ -148,22 +126,46 @@ impl Objects {
         search: Search<F, ANY, FILTER>,
     ) -> Option<Hit> {
         let mut leaves = ObjectLeaves { objects: self, ray, search };
-        if let (true, [instance]) = (self.is_instance, &self.instances[..]) {
-            leaves.instance::<L>(instance);
-            return leaves.search.result();
-        }
-        // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L, _>(&self.nodes, ray, &mut leaves) };
+        match &self.alone {
+            Some(instance) => leaves.instance::<L>(instance),
+            // SAFETY: `lines` comes from `collapse`.
+            None => unsafe { traverse::<L, _>(&self.lines, ray, &mut leaves) },
+        };
         leaves.search.result()
     }
 }
 
+/// Adds the object, which can be stored, to `lines`; its leaf's tag.
+fn store(object: u32, description: &Object, lines: &mut Vec<Line>) -> u32 {
+    match stored(object, description) {
+        Some(Stored::Instance(instance)) => {
+            lines::extend(lines, &[instance]);
+            INSTANCE
+        }
+        Some(Stored::Sphere(sphere)) => {
+            lines::extend(lines, &[sphere]);
+            SPHERE
+        }
+        Some(Stored::Quad(quad)) => {
+            lines::extend(lines, &[quad]);
+            QUAD
+        }
+        None => unreachable!("only objects that can be stored are in the tree"),
+    }
+}
+
 /// `None` where no ray can hit the shape, whatever its bounds.
-fn stored(shape: &Shape) -> Option<Stored> {
-    match *shape {
-        Shape::Mesh { blas, to_world } => inverse(&to_world).map(|m| Stored::Instance(m, blas)),
-        Shape::Sphere { center, radius } => Some(Stored::Sphere(center, radius)),
-        Shape::Quad { origin, u, v, round } => Quad::new(origin, u, v, round).map(Stored::Quad),
+fn stored(object: u32, description: &Object) -> Option<Stored> {
+    let id = Id { object, filtered: description.filtered };
+    match description.shape {
+        Shape::Mesh { blas, to_world } => inverse(&to_world).map(|to_object| {
+            let is_placed = to_object != Affine3A::IDENTITY;
+            Stored::Instance(Instance { to_object, is_placed, blas, id })
+        }),
+        Shape::Sphere { center, radius } => Some(Stored::Sphere(Sphere { center, radius, id })),
+        Shape::Quad { origin, u, v, round } => {
+            Quad::new(origin, u, v, round).map(|quad| Stored::Quad(PlacedQuad(quad, id)))
+        }
     }
 }
 
@@ -179,17 +181,23 @@ impl Shape {
     /// Center and radius of a ball around it in the world; `None` where there is nothing to hit. `blases` are those that it
     /// refers to.
     pub fn ball(&self, blases: &[Blas]) -> Option<(Vec3, f32)> {
-        match *self {
-            Self::Sphere { center, radius } => (radius > 0.0).then_some((center, radius)),
-            _ => bounds(blases, self).map(|b| (b.center().into(), 0.5 * b.diagonal().length())),
-        }
+        let bounds = match *self {
+            Self::Sphere { center, radius } => return (radius > 0.0).then_some((center, radius)),
+            Self::Mesh { blas, to_world } => {
+                let (low, high) = blases.get(blas as usize)?.bounds()?;
+                placed(&to_world, &[Aabb::new(low.into(), high.into())])
+            }
+            Self::Quad { .. } => bounds(blases, self)?,
+        };
+        Some((bounds.center().into(), 0.5 * bounds.diagonal().length()))
     }
 }
 
+/// Share of the largest numbers that went in: more than the roundings of a transform, there and back.
+const MARGIN: f32 = 16.0 * f32::EPSILON;
+
 /// Bounds in the world, rounded outwards.
 fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
-    /// Share of the largest coordinate: more than the roundings of a transform, there and back.
-    const MARGIN: f32 = 16.0 * f32::EPSILON;
     let corners = |points: &[Vec3A]| {
         let b = Aabb::from_points(points);
         let margin = MARGIN * b.min.abs().max(b.max.abs()).max_element();
@@ -197,11 +205,8 @@ fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
     };
     match *shape {
         Shape::Mesh { blas, to_world } => {
-            let (low, high) = blases.get(blas as usize)?.bounds()?;
-            Some(corners(&[0, 1, 2, 3, 4, 5, 6, 7].map(|i| {
-                let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                to_world.transform_point3a(Vec3A::new(pick(0), pick(1), pick(2)))
-            })))
+            let outline = blases.get(blas as usize)?.outline();
+            (!outline.is_empty()).then(|| placed(&to_world, outline))
         }
         Shape::Sphere { center, radius } => {
             let (c, r) = (Vec3A::from(center), Vec3A::splat(radius));
@@ -211,6 +216,22 @@ fn bounds(blases: &[Blas], shape: &Shape) -> Option<Aabb> {
             Some(corners(&[origin, origin + u, origin + v, origin + u + v].map(Vec3A::from)))
         }
     }
+}
+
+/// Bounds of boxes that are moved.
+fn placed(to_world: &Affine3A, boxes: &[Aabb]) -> Aabb {
+    let m = &to_world.matrix3;
+    let size = Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    // (twice the middle and the extent of each box)
+    let (mut low, mut high, mut largest) = (Vec3A::MAX, Vec3A::MIN, Vec3A::ZERO);
+    for b in boxes {
+        let (middle, extent) = (*m * (b.min + b.max), size * (b.max - b.min));
+        (low, high) = (low.min(middle - extent), high.max(middle + extent));
+        largest = largest.max(b.min.abs()).max(b.max.abs());
+    }
+    // (infinite where `middle` may be: such boxes are set aside)
+    let margin = MARGIN * (0.5 * (size * (2.0 * largest)) + to_world.translation.abs()).max_element();
+    Aabb::new(0.5 * low + to_world.translation - margin, 0.5 * high + to_world.translation + margin)
 }
 
 struct ObjectLeaves<'a, F, const ANY: bool, const FILTER: bool> {
@@ -225,13 +246,15 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     const ANY: bool = ANY;
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
-        let index = (rest & ((1 << KIND_SHIFT) - 1)) as usize;
-        // (`get`, for the sake of unused children, which say instance 0 even where there is none)
-        match rest >> KIND_SHIFT {
-            INSTANCE => self.objects.instances.get(index).is_some_and(|i| self.instance::<L>(i)),
-            SPHERE => self.objects.spheres.get(index).is_some_and(|s| self.sphere(s)),
-            _ => self.objects.quads.get(index).is_some_and(|(q, id)| self.quad(q, *id)),
+    fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool {
+        // SAFETY: that is what `store` wrote under these tags.
+        unsafe {
+            match tag {
+                INSTANCE => self.instance::<L>(&*first.cast()),
+                SPHERE => self.sphere(&*first.cast()),
+                QUAD => self.quad(&*first.cast()),
+                _ => false,
+            }
         }
     }
 
@@ -239,35 +262,29 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     fn t_max(&self) -> f32 {
         self.search.t_max()
     }
-
-    #[inline(always)]
-    fn address(&self, rest: u32) -> *const u8 {
-        let index = (rest & ((1 << KIND_SHIFT) - 1)) as usize;
-        match rest >> KIND_SHIFT {
-            INSTANCE => self.objects.instances.as_ptr().wrapping_add(index).cast(),
-            SPHERE => self.objects.spheres.as_ptr().wrapping_add(index).cast(),
-            _ => self.objects.quads.as_ptr().wrapping_add(index).cast(),
-        }
-    }
 }
 
 impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'_, F, ANY, FILTER> {
     #[inline(always)]
     fn instance<L: Lanes>(&mut self, instance: &Instance) -> bool {
         // The direction keeps its length in the world's measure, and so t is the same in both spaces.
+        let placed;
         let ray = match instance.is_placed {
-            false => *self.ray,
-            true => Ray {
-                origin: instance.to_object.transform_point3(self.ray.origin),
-                direction: instance.to_object.transform_vector3(self.ray.direction),
-                ..*self.ray
-            },
+            false => self.ray,
+            true => {
+                placed = Ray {
+                    origin: instance.to_object.transform_point3(self.ray.origin),
+                    direction: instance.to_object.transform_vector3(self.ray.direction),
+                    ..*self.ray
+                };
+                &placed
+            }
         };
         let blas = &self.objects.blases[instance.blas as usize];
         let shear = Shear::new(ray.direction);
-        let mut leaves = TriangleLeaves { blas, ray: &ray, shear, id: instance.id, search: &mut self.search };
-        // SAFETY: `nodes` comes from `collapse`.
-        unsafe { traverse::<L, _>(&blas.nodes, &ray, &mut leaves) }
+        let mut leaves = TriangleLeaves { ray, shear, id: instance.id, search: &mut self.search };
+        // SAFETY: `lines` comes from `collapse`.
+        unsafe { traverse::<L, _>(&blas.lines, ray, &mut leaves) }
     }
 
     #[inline(always)]
@@ -281,7 +298,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'
     }
 
     #[inline(always)]
-    fn quad(&mut self, quad: &Quad, id: Id) -> bool {
+    fn quad(&mut self, &PlacedQuad(ref quad, id): &PlacedQuad) -> bool {
         quad.intersect(self.ray).is_some_and(|h| {
             let hit = Hit { t: h.t, u: h.a, v: h.b, object: id.object, primitive: 0 };
             self.search.offer(hit, id.filtered)
@@ -290,7 +307,6 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'
 }
 
 struct TriangleLeaves<'a, F, const ANY: bool, const FILTER: bool> {
-    blas: &'a Blas,
     ray: &'a Ray,
     shear: Shear,
     id: Id,
@@ -303,21 +319,27 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     const ANY: bool = ANY;
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, rest: u32) -> bool {
-        for block in self.blas.leaf(rest) {
-            let t_max = self.search.t_max();
-            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, self.ray.t_min, t_max) else {
+    fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool {
+        // SAFETY: `Blas` has so many blocks there.
+        for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
+            let t_min = self.ray.t_min.max(0.0);
+            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, self.search.t_last()) else {
                 continue;
             };
-            let (t, u, v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
+            if ANY && !FILTER {
+                self.search.end();
+                return true;
+            }
+            let (t, v) = (hits.t.to_array(), hits.v.to_array());
+            let (w, det) = (hits.w.to_array(), hits.det.to_array());
             let mut lanes = hits.lanes;
             while lanes != 0 {
-                let lane = lanes.trailing_zeros() as usize & 7;
+                let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
                 lanes &= lanes - 1;
                 let hit = Hit {
                     t: t[lane],
-                    u: u[lane],
-                    v: v[lane],
+                    u: v[lane] / det[lane],
+                    v: w[lane] / det[lane],
                     object: self.id.object,
                     primitive: block.primitive[lane],
                 };
@@ -332,10 +354,5 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.search.t_max()
-    }
-
-    #[inline(always)]
-    fn address(&self, rest: u32) -> *const u8 {
-        self.blas.leaf_address(rest)
     }
 }

@@ -17,6 +17,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Search<F, ANY,
         Self { best, found: false, accept }
     }
 
+    /// Where any hit will do, whether there is one; it may be in the wrong place.
     pub fn result(self) -> Option<Hit> {
         self.found.then_some(self.best)
     }
@@ -25,6 +26,20 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Search<F, ANY,
     #[inline(always)]
     pub fn t_max(&self) -> f32 {
         self.best.t
+    }
+
+    /// The largest t that may count.
+    #[inline(always)]
+    pub fn t_last(&self) -> f32 {
+        // One below `t_max`, unless it may depend on the numbers. (Of 0 and what is below, a NaN or something negative.)
+        if ANY { f32::from_bits(self.best.t.to_bits().wrapping_sub(1)) } else { self.best.t }
+    }
+
+    /// Takes some hit, it does not matter which, and ends the search.
+    #[inline(always)]
+    pub fn end(&mut self) {
+        debug_assert!(ANY && !FILTER);
+        self.found = true;
     }
 
     /// Takes a hit, with t above the ray's `t_min`, if it counts and is the closest so far. `true` ends the search.

@@ -6,9 +6,10 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    lanes::{Lanes, WIDTH},
+    lanes::{ALL, Lanes, WIDTH},
+    lines::{LEAF, Line, line, tag},
     top_down::MAX_DEPTH,
-    wide::{LEAF, Node},
+    wide::Node,
 };
 use crate::geometry::Ray;
 
@@ -24,20 +25,18 @@ const PAD: f32 = 8.0 * (f32::EPSILON / 2.0);
 /// Padding in t where the direction was raised to [`MIN_DIRECTION`]: moves the plane by 10⁻⁶ metres.
 const PAD_PARALLEL: f32 = 1e12;
 
-/// Relative padding of the far distance, which covers the roundings of 1/d on two axes.
-const PAD_FAR: f32 = 1.0 + 10.0 * (f32::EPSILON / 2.0);
+/// Padding of the far distance, in units in the last place: covers the roundings of 1/d on two axes (10 × 2⁻²⁴).
+const PAD_FAR: i32 = 10;
 
 /// What happens at the leaves.
 pub trait Leaves {
     /// Whether any leaf may end the traversal: then children are visited in their order in the node, which is made for that, and
     /// `t_max` never changes. Otherwise about nearest first.
     const ANY: bool;
-    /// Tests a leaf (`rest` is its child word without [`LEAF`]); `true` ends the traversal.
-    fn visit<L: Lanes>(&mut self, rest: u32) -> bool;
+    /// Tests the leaf with this [tag](super::lines::tag) and first line; `true` ends the traversal.
+    fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool;
     /// Boxes beyond this are of no interest.
     fn t_max(&self) -> f32;
-    /// Where the leaf's data begins.
-    fn address(&self, rest: u32) -> *const u8;
 }
 
 /// 1/d, per axis, and o/d widened to both sides.
@@ -45,52 +44,54 @@ struct Slabs<L> {
     inverse: [L; 3],
     near: [L; 3],
     far: [L; 3],
-    /// Which of a node's six planes the ray meets first on each axis; the other is this ^ 1.
+    t_min: L,
+    /// Where in a node the plane is that the ray meets first on each axis, in bytes. The other is at this ^ 32.
     first: [usize; 3],
 }
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
-        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
-        let mut slabs = Self {
-            inverse: [L::splat(0.0); 3],
-            near: [L::splat(0.0); 3],
-            far: [L::splat(0.0); 3],
-            first: [0; 3],
-        };
-        for axis in 0..3 {
-            let d = direction[axis];
-            let parallel = d.abs() < MIN_DIRECTION;
-            let inverse = 1.0 / if parallel { MIN_DIRECTION.copysign(d) } else { d };
-            let distance = origin[axis] * inverse;
-            let pad = distance.abs() * PAD + if parallel { PAD_PARALLEL } else { 0.0 };
-            slabs.inverse[axis] = L::splat(inverse);
-            slabs.near[axis] = L::splat(distance + pad);
-            slabs.far[axis] = L::splat(distance - pad);
-            slabs.first[axis] = 2 * axis + (inverse < 0.0) as usize;
+        let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
+        let origin = L::load(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let direction = L::load(&[dx, dy, dz, 1.0, 1.0, 1.0, 1.0, 1.0]);
+        let zero = L::splat(0.0);
+        let parallel = direction.abs().lt(L::splat(MIN_DIRECTION));
+        let least = L::select(direction.lt(zero), L::splat(-MIN_DIRECTION), L::splat(MIN_DIRECTION));
+        let inverse = L::splat(1.0).div(L::select(parallel, least, direction));
+        let distance = origin.mul(inverse);
+        let pad = distance.abs().mul(L::splat(PAD)).add(L::select(parallel, L::splat(PAD_PARALLEL), zero));
+        let negative = L::bits(inverse.lt(zero)) as usize;
+        let axes = [inverse, distance.add(pad), distance.sub(pad)];
+        let [inverse, near, far] = [axes[0].to_array(), axes[1].to_array(), axes[2].to_array()];
+        let splat = |of: [f32; WIDTH]| [L::splat(of[0]), L::splat(of[1]), L::splat(of[2])];
+        let plane = |axis: usize| PLANE * (2 * axis + (negative >> axis & 1));
+        Self {
+            inverse: splat(inverse),
+            near: splat(near),
+            far: splat(far),
+            // (+0 where it is -0: the order of bits must hold)
+            t_min: L::splat(if ray.t_min > 0.0 { ray.t_min } else { 0.0 }),
+            first: [plane(0), plane(1), plane(2)],
         }
-        slabs
     }
 
     /// The children that the ray meets before `t_max`, as bits, and where it enters each.
     #[inline(always)]
-    fn enter(&self, node: &Node, t_min: f32, t_max: f32) -> (u32, L) {
-        // SAFETY: `first` is below 6 by construction, and so is first ^ 1.
-        let plane = |i: usize| L::load(unsafe { node.bounds.get_unchecked(i) });
+    fn enter(&self, node: &Node, t_max: L) -> (u32, L) {
+        let planes = (&raw const node.bounds).cast::<u8>();
+        // SAFETY: `first` says where planes are, by construction, and so does first ^ PLANE.
+        let plane = |at: usize| L::load(unsafe { &*planes.add(at).cast::<[f32; WIDTH]>() });
         let near = |axis: usize| plane(self.first[axis]).mul_sub(self.inverse[axis], self.near[axis]);
-        let far = |axis: usize| plane(self.first[axis] ^ 1).mul_sub(self.inverse[axis], self.far[axis]);
-        let enter = near(0).max(near(1)).max(near(2).max(L::splat(t_min)));
-        let leave = far(0).min(far(1)).min(far(2).min(L::splat(t_max)));
-        (L::bits(enter.le(leave.mul(L::splat(PAD_FAR)))), enter)
+        let far = |axis: usize| plane(self.first[axis] ^ PLANE).mul_sub(self.inverse[axis], self.far[axis]);
+        let enter = near(0).later(near(1)).later(near(2).later(self.t_min));
+        let leave = far(0).earlier(far(1)).earlier(far(2).earlier(t_max));
+        (enter.exceeds(leave, PAD_FAR) ^ ALL, enter)
     }
 }
 
-/// Distance above, child below: sorts by distance, since non-negative floats sort as their bits do.
-#[inline(always)]
-fn entry(distance: f32, child: u32) -> u64 {
-    (distance.to_bits() as u64) << 32 | child as u64
-}
+/// Bytes of a plane of all children of a node.
+const PLANE: usize = size_of::<[f32; WIDTH]>();
 
 /// Puts the farther entry first.
 #[inline(always)]
@@ -98,14 +99,14 @@ fn order(far: &mut u64, near: &mut u64) {
     (*far, *near) = ((*far).max(*near), (*far).min(*near));
 }
 
-/// Visits every leaf of `nodes` whose box the ray meets within (`ray.t_min`, `leaves.t_max()`), about nearest first.
+/// Visits every leaf of the tree in `lines` whose box the ray meets within (`ray.t_min`, `leaves.t_max()`), about nearest first.
 /// `true` where `leaves` ended it.
 ///
 /// # Safety
-/// `nodes` comes from [`collapse`](super::wide::collapse): child words point into it, and it is no deeper than [`MAX_DEPTH`].
+/// `lines` comes from [`collapse`](super::wide::collapse): words point into it, and it is no deeper than [`MAX_DEPTH`].
 #[inline(always)]
-pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &mut K) -> bool {
-    if nodes.is_empty() {
+pub unsafe fn traverse<L: Lanes, K: Leaves>(lines: &[Line], ray: &Ray, leaves: &mut K) -> bool {
+    if lines.is_empty() {
         return false;
     }
     let slabs = Slabs::<L>::new(ray);
@@ -119,15 +120,31 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &
             height += 1;
         }};
     }
+    // SAFETY: words point into `lines`.
+    let at = |word: u32| unsafe { lines.as_ptr().add(line(word)) };
+    let mut t_max = L::splat(leaves.t_max());
     let mut current = 0;
-    loop {
-        while current & LEAF == 0 {
-            debug_assert!((current as usize) < nodes.len());
-            // SAFETY: child words without LEAF are indices of nodes.
-            let node = unsafe { nodes.get_unchecked(current as usize) };
-            let (mut lanes, enter) = slabs.enter(node, ray.t_min, leaves.t_max());
+    'visit: loop {
+        'pop: {
+            if current & LEAF != 0 {
+                if leaves.visit::<L>(tag(current), at(current)) {
+                    return true;
+                }
+                t_max = L::splat(leaves.t_max());
+                break 'pop;
+            }
+            // SAFETY: words without LEAF are those of nodes.
+            let node = unsafe { &*at(current).cast::<Node>() };
+            let (mut lanes, enter) = slabs.enter(node, t_max);
             if lanes == 0 {
-                break;
+                break 'pop;
+            }
+            macro_rules! next {
+                () => {{
+                    let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                    lanes &= lanes - 1;
+                    lane
+                }};
             }
             if K::ANY {
                 // From the last to the first, which is next.
@@ -135,46 +152,45 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &
                     let lane = lanes.ilog2() as usize & (WIDTH - 1);
                     lanes &= !(1 << lane);
                     current = node.child[lane];
-                    prefetch::<L>(nodes, current, leaves);
+                    prefetch::<L>(at(current));
                     if lanes == 0 {
-                        break;
+                        continue 'visit;
                     }
                     push!(current as u64);
                 }
-                continue;
             }
-            let enter = enter.to_array();
-            macro_rules! next {
+            let first = next!();
+            current = node.child[first];
+            prefetch::<L>(at(current));
+            if lanes == 0 {
+                continue 'visit;
+            }
+            // Distance above, child below: sorts by distance, since non-negative floats sort as their bits do.
+            let entries = enter.above(&node.child);
+            macro_rules! entry {
                 () => {{
-                    let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
-                    lanes &= lanes - 1;
-                    let child = node.child[lane];
-                    prefetch::<L>(nodes, child, leaves);
-                    (entry(enter[lane], child), lanes != 0)
+                    let lane = next!();
+                    prefetch::<L>(at(node.child[lane]));
+                    entries[lane]
                 }};
             }
-            let (mut a, more) = next!();
-            if !more {
-                current = a as u32;
-                continue;
-            }
-            let (mut b, more) = next!();
+            let (mut a, mut b) = (entries[first], entry!());
             order(&mut a, &mut b);
-            if !more {
+            if lanes == 0 {
                 push!(a);
                 current = b as u32;
-                continue;
+                continue 'visit;
             }
-            let (mut c, more) = next!();
-            if !more {
+            let mut c = entry!();
+            if lanes == 0 {
                 order(&mut b, &mut c);
                 order(&mut a, &mut b);
                 push!(a);
                 push!(b);
                 current = c as u32;
-                continue;
+                continue 'visit;
             }
-            let (mut d, mut more) = next!();
+            let mut d = entry!();
             order(&mut c, &mut d);
             order(&mut a, &mut c);
             order(&mut b, &mut d);
@@ -184,9 +200,8 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &
             push!(b);
             push!(c);
             push!(d);
-            while more {
-                let e;
-                (e, more) = next!();
+            while lanes != 0 {
+                let e = entry!();
                 let mut at = height;
                 push!(e);
                 // SAFETY: entries from `base` to `height` have just been pushed.
@@ -198,9 +213,7 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &
             }
             height -= 1;
             current = unsafe { stack.get_unchecked(height).assume_init() } as u32;
-        }
-        if current & LEAF != 0 && leaves.visit::<L>(current & !LEAF) {
-            return true;
+            continue 'visit;
         }
         loop {
             if height == 0 {
@@ -217,14 +230,10 @@ pub unsafe fn traverse<L: Lanes, K: Leaves>(nodes: &[Node], ray: &Ray, leaves: &
     }
 }
 
-/// All four lines of a node, or of a leaf's beginning: the largest single gain on scenes that exceed the cache.
+/// All lines of a node, or of a leaf with one block: the largest single gain on scenes that exceed the cache.
 #[inline(always)]
-fn prefetch<L: Lanes>(nodes: &[Node], child: u32, leaves: &impl Leaves) {
-    let address = match child & LEAF {
-        0 => nodes.as_ptr().wrapping_add(child as usize).cast(),
-        _ => leaves.address(child & !LEAF),
-    };
-    for line in 0..4 {
-        L::prefetch(address.wrapping_add(64 * line));
+fn prefetch<L: Lanes>(address: *const Line) {
+    for line in 0..5 {
+        L::prefetch(address.wrapping_add(line).cast());
     }
 }

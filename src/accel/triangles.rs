@@ -22,12 +22,15 @@ pub struct Block {
     pub primitive: [u32; WIDTH],
 }
 
-/// What a ray meets in a block: lanes as bits, and t, u, v of each.
+/// What a ray meets in a block.
 pub struct BlockHits<L> {
+    /// As bits.
     pub lanes: u32,
     pub t: L,
-    pub u: L,
+    /// Edge functions of the second and third vertex, and the sum of all three: hits have their quotients as coordinates.
     pub v: L,
+    pub w: L,
+    pub det: L,
 }
 
 impl Block {
@@ -45,7 +48,7 @@ impl Block {
         block
     }
 
-    /// Hits with t in (`t_min`, `t_max`], `t_max` included.
+    /// Hits with t in (`t_min`, `t_max`], `t_max` included; `t_min` is not negative.
     #[inline(always)]
     pub fn intersect<L: Lanes>(
         &self,
@@ -55,15 +58,14 @@ impl Block {
         t_max: f32,
     ) -> Option<BlockHits<L>> {
         let (a, b, c) =
-            (self.sheared(0, ray, shear), self.sheared(1, ray, shear), self.sheared(2, ray, shear));
+            (self.sheared::<L>(0, ray, shear), self.sheared(1, ray, shear), self.sheared(2, ray, shear));
         let (mut u, mut v, mut w) = (edge(c, b), edge(a, c), edge(b, a));
         let mut inside = same_sign(u, v, w);
         if L::bits(inside) == 0 {
             return None;
         }
         let zero = L::splat(0.0);
-        let vanishes = |e: L| L::and(e.le(zero), zero.le(e));
-        let vanishing = L::bits(L::and(inside, L::or(L::or(vanishes(u), vanishes(v)), vanishes(w))));
+        let vanishing = L::bits(L::and(inside, u.abs().min(v.abs()).min(w.abs()).le(zero)));
         if vanishing != 0 {
             let plane = |p: [L; 3]| [p[0].to_array(), p[1].to_array()];
             let edges = [u.to_array(), v.to_array(), w.to_array()];
@@ -72,17 +74,16 @@ impl Block {
             inside = same_sign(u, v, w);
         }
         let det = u.add(v).add(w);
-        let inside = L::and(inside, L::or(det.lt(zero), zero.lt(det)));
         let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
         let t = depth.mul(L::splat(shear.sz)).div(det);
-        let within = L::and(inside, L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max))));
+        let det_counts = L::or(det.lt(zero), zero.lt(det));
+        let within = L::and(L::and(inside, det_counts), L::and(L::splat(t_min).lt(t), t.le(L::splat(t_max))));
         if L::bits(within) == 0 {
             return None;
         }
-        let scale = L::splat(shear.sz).div(det);
-        let surely_positive = depth_error(a, b, c, largest(u, v, w)).mul(abs(scale)).lt(t);
+        let surely_positive = depth_error(a, b, c, largest(u, v, w)).lt(depth.abs());
         let lanes = L::bits(L::and(within, surely_positive));
-        (lanes != 0).then(|| BlockHits { lanes, t, u: v.div(det), v: w.div(det) })
+        (lanes != 0).then_some(BlockHits { lanes, t, v, w, det })
     }
 
     /// One vertex of each triangle, relative to the ray's origin and sheared.
@@ -111,7 +112,7 @@ fn same_sign<L: Lanes>(u: L, v: L, w: L) -> L::Mask {
     L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero))
 }
 
-/// Bound on the error of t, before it is divided by the determinant; `e` is the largest edge function.
+/// Bound on the error of the depth, which decides the sign of t; `e` is the largest edge function.
 #[inline(always)]
 fn depth_error<L: Lanes>(a: [L; 3], b: [L; 3], c: [L; 3], e: L) -> L {
     let x = largest(a[0], b[0], c[0]);
@@ -126,12 +127,7 @@ fn depth_error<L: Lanes>(a: [L; 3], b: [L; 3], c: [L; 3], e: L) -> L {
 
 #[inline(always)]
 fn largest<L: Lanes>(p: L, q: L, r: L) -> L {
-    abs(p).max(abs(q)).max(abs(r))
-}
-
-#[inline(always)]
-fn abs<L: Lanes>(l: L) -> L {
-    l.max(L::splat(0.0).sub(l))
+    p.abs().max(q.abs()).max(r.abs())
 }
 
 /// The exact edge functions of some lanes (as bits). Rare: the ray must meet an edge or a vertex.

@@ -5,13 +5,11 @@ use rayon::prelude::*;
 
 use super::{
     lanes::WIDTH,
+    lines::{self, LEAF, Line, MAX_LINES, lines_of},
     memory,
     parts::Part,
     plan::{LeafSize, Plan},
 };
-
-/// Child word: this bit and what the leaf's owner makes of the rest, or the index of a node.
-pub const LEAF: u32 = 1 << 31;
 
 /// Down to this level of the wide tree subtrees are written in parallel.
 const PARALLEL_LEVELS: usize = 3;
@@ -22,7 +20,8 @@ const PARALLEL_LEVELS: usize = 3;
 pub struct Node {
     /// Of the children: min x, max x, min y, max y, min z, max z. Unused children have inverted infinite bounds.
     pub bounds: [[f32; WIDTH]; 6],
-    /// Unused children are [`LEAF`] with a rest of 0, which every owner can visit without harm: no ray, NaN or not, leads astray.
+    /// [Words](super::lines) of them. Unused children are leaves without a tag, in which there is nothing: no ray, NaN or not, leads
+    /// astray.
     pub child: [u32; WIDTH],
 }
 
@@ -38,52 +37,64 @@ const EMPTY: Node = Node {
     child: [LEAF; WIDTH],
 };
 
-/// The nodes of the eight-wide tree, root first, and what is in its leaves.
+/// Lines of a [`Node`].
+const NODE: usize = lines_of::<Node>();
+
+/// The eight-wide tree: its root is the first line. Empty where `tree` is.
 ///
-/// `leaf` adds what it makes of the parts with these numbers to the leaves that there are so far, and returns the child word's
-/// lower 31 bits: not 0, and such that adding n to it says that n more were there before. (That is done where
-/// subtrees are joined.)
+/// `leaf` adds what it makes of the parts with these numbers to the lines that there are so far, and returns the leaf's tag.
 ///
 /// No deeper than [`MAX_DEPTH`](super::top_down::MAX_DEPTH), since `tree` is not.
-pub fn collapse<B: Send>(
+///
+/// # Panics
+/// On a tree of more than [`MAX_LINES`].
+pub fn collapse(
     tree: &Bvh2,
     parts: &[Part],
     size: LeafSize,
-    leaf: impl Fn(&mut Vec<u32>, &mut Vec<B>) -> u32 + Sync,
-) -> (Vec<Node>, Vec<B>) {
+    leaf: impl Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32 + Sync,
+) -> Vec<Line> {
     if tree.nodes.is_empty() {
-        return (Vec::new(), Vec::new());
+        return Vec::new();
     }
     let writer = Writer { tree, parts, plan: &Plan::new(tree, size), leaf: &leaf };
-    let Written { nodes, leaves, chunks } = writer.written(0, PARALLEL_LEVELS);
-    let (mut all_nodes, mut all_leaves) = (memory::with_capacity(nodes), memory::with_capacity(leaves));
+    let Written { lines, chunks } = writer.written(0, PARALLEL_LEVELS);
+    assert!(lines <= MAX_LINES, "too much for one tree");
+    let mut all = memory::with_capacity(lines);
     for mut chunk in chunks {
+        let leaves = chunk.before + NODE * chunk.nodes.len();
         for word in chunk.nodes.iter_mut().flat_map(|node| &mut node.child) {
             *word += match *word {
                 LEAF => 0, // unused
-                leaf if leaf & LEAF != 0 => chunk.leaves_before as u32,
-                _ => chunk.nodes_before as u32,
+                leaf if leaf & LEAF != 0 => leaves as u32,
+                _ => chunk.before as u32,
             };
         }
-        all_nodes.append(&mut chunk.nodes);
-        all_leaves.append(&mut chunk.leaves);
+        lines::extend(&mut all, &chunk.nodes);
+        all.append(&mut chunk.leaves);
     }
-    (all_nodes, all_leaves)
+    all
 }
 
 /// A subtree: how much there is, in chunks.
-struct Written<B> {
-    nodes: usize,
-    leaves: usize,
-    chunks: Vec<Chunk<B>>,
+struct Written {
+    lines: usize,
+    chunks: Vec<Chunk>,
 }
 
-/// Child words count from the beginning of the chunk.
-struct Chunk<B> {
+/// Words of nodes count from the beginning of the chunk, those of leaves from its first leaf, which comes after all of its
+/// nodes.
+struct Chunk {
     nodes: Vec<Node>,
-    leaves: Vec<B>,
-    nodes_before: usize,
-    leaves_before: usize,
+    leaves: Vec<Line>,
+    /// Lines before it.
+    before: usize,
+}
+
+impl Chunk {
+    fn lines(&self) -> usize {
+        NODE * self.nodes.len() + self.leaves.len()
+    }
 }
 
 struct Writer<'a, F> {
@@ -95,61 +106,53 @@ struct Writer<'a, F> {
 
 impl<F> Writer<'_, F> {
     /// The wide node that stands for node `root` of the binary tree, and all below it.
-    fn written<B: Send>(&self, root: u32, parallel: usize) -> Written<B>
+    fn written(&self, root: u32, parallel: usize) -> Written
     where
-        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32 + Sync,
+        F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32 + Sync,
     {
-        let (mut nodes, mut leaves) = (Vec::new(), Vec::new());
+        let mut chunk = Chunk { nodes: Vec::new(), leaves: Vec::new(), before: 0 };
         if parallel == 0 {
-            self.node(root, &mut nodes, &mut leaves);
-            return Written {
-                nodes: nodes.len(),
-                leaves: leaves.len(),
-                chunks: vec![Chunk { nodes, leaves, nodes_before: 0, leaves_before: 0 }],
-            };
+            self.node(root, &mut chunk);
+            return Written { lines: chunk.lines(), chunks: vec![chunk] };
         }
         let children = self.children(root);
         let below = |&child: &u32| (!self.plan.is_leaf(child)).then(|| self.written(child, parallel - 1));
-        let below: Vec<Option<Written<B>>> = children.par_iter().map(below).collect();
+        let below: Vec<Option<Written>> = children.par_iter().map(below).collect();
         let mut node = self.around(&children);
-        let mut written = Written { nodes: 1, leaves: 0, chunks: Vec::new() };
         for (lane, child) in children.iter().enumerate().filter(|(_, child)| self.plan.is_leaf(**child)) {
-            node.child[lane] = self.leaf(*child, &mut leaves);
+            node.child[lane] = self.leaf(*child, &mut chunk.leaves);
         }
-        written.leaves = leaves.len();
-        written.chunks.push(Chunk { nodes: vec![EMPTY], leaves, nodes_before: 0, leaves_before: 0 });
+        let mut written = Written { lines: NODE + chunk.leaves.len(), chunks: vec![chunk] };
         for (lane, below) in below.into_iter().enumerate() {
             let Some(below) = below else { continue };
-            node.child[lane] = written.nodes as u32;
+            node.child[lane] = written.lines as u32;
             written.chunks.extend(below.chunks.into_iter().map(|mut chunk| {
-                chunk.nodes_before += written.nodes;
-                chunk.leaves_before += written.leaves;
+                chunk.before += written.lines;
                 chunk
             }));
-            written.nodes += below.nodes;
-            written.leaves += below.leaves;
+            written.lines += below.lines;
         }
-        written.chunks[0].nodes[0] = node;
+        written.chunks[0].nodes.push(node);
         written
     }
 
-    /// As [`written`](Self::written), behind what there is; the index of the node.
-    fn node<B>(&self, root: u32, nodes: &mut Vec<Node>, leaves: &mut Vec<B>) -> u32
+    /// As [`written`](Self::written), behind what there is; the line of the node.
+    fn node(&self, root: u32, chunk: &mut Chunk) -> u32
     where
-        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32,
+        F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32,
     {
-        let index = nodes.len();
-        nodes.push(EMPTY);
+        let index = chunk.nodes.len();
+        chunk.nodes.push(EMPTY);
         let children = self.children(root);
         let mut node = self.around(&children);
         for (lane, &child) in children.iter().enumerate() {
             node.child[lane] = match self.plan.is_leaf(child) {
-                true => self.leaf(child, leaves),
-                false => self.node(child, nodes, leaves),
+                true => self.leaf(child, &mut chunk.leaves),
+                false => self.node(child, chunk),
             };
         }
-        nodes[index] = node;
-        index as u32
+        chunk.nodes[index] = node;
+        (NODE * index) as u32
     }
 
     /// Which nodes of the binary tree are the children of the wide node that stands for `root`.
@@ -198,9 +201,9 @@ impl<F> Writer<'_, F> {
         self.forest(first + 1, roots - left, out);
     }
 
-    fn leaf<B>(&self, node: u32, leaves: &mut Vec<B>) -> u32
+    fn leaf(&self, node: u32, leaves: &mut Vec<Line>) -> u32
     where
-        F: Fn(&mut Vec<u32>, &mut Vec<B>) -> u32,
+        F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32,
     {
         let mut numbers = Vec::with_capacity(16);
         let mut open = vec![node];
@@ -213,7 +216,8 @@ impl<F> Writer<'_, F> {
                 open.extend([node.first_index + 1, node.first_index]);
             }
         }
-        LEAF | (self.leaf)(&mut numbers, leaves)
+        let first = leaves.len();
+        lines::leaf((self.leaf)(&mut numbers, leaves), first)
     }
 }
 
@@ -224,6 +228,10 @@ mod tests {
     use super::*;
     use crate::accel::top_down;
     use crate::sampling::stats::uniform;
+
+    #[derive(Clone, Copy)]
+    #[repr(C, align(64))]
+    struct Numbers([u32; 16]);
 
     /// Every primitive sits in one leaf, inside all bounds above it.
     #[test]
@@ -236,14 +244,17 @@ mod tests {
             let mut parts: Vec<Part> = (0..).zip(&boxes).map(|(i, b)| Part::new(b, i)).collect();
             let tree = top_down::build(&mut parts, 4, &|parts| parts.len());
             let size = LeafSize { block: 4, max_blocks: 2 };
-            let (nodes, leaves) = collapse(&tree, &parts, size, |numbers, leaves: &mut Vec<Vec<u32>>| {
-                leaves.push(numbers.clone());
-                leaves.len() as u32
+            let lines = collapse(&tree, &parts, size, |numbers, lines| {
+                let mut leaf = Numbers([u32::MAX; 16]);
+                leaf.0[..numbers.len()].copy_from_slice(numbers);
+                lines::extend(lines, &[leaf]);
+                1
             });
             let mut seen = vec![0; n as usize];
             let mut open = vec![(0u32, Aabb::LARGEST)];
-            while let Some((index, outer)) = open.pop() {
-                let node = &nodes[index as usize];
+            while let Some((word, outer)) = open.pop() {
+                // SAFETY: `collapse` says what is there.
+                let node = unsafe { &*lines[word as usize..][..NODE].as_ptr().cast::<Node>() };
                 for lane in (0..WIDTH).filter(|&i| node.bounds[0][i] <= node.bounds[1][i]) {
                     let [x0, x1, y0, y1, z0, z1] = node.bounds.map(|b| b[lane]);
                     let inner = Aabb::new(Vec3A::new(x0, y0, z0), Vec3A::new(x1, y1, z1));
@@ -253,9 +264,9 @@ mod tests {
                         open.push((node.child[lane], inner));
                         continue;
                     }
-                    let leaf = &leaves[(node.child[lane] & !LEAF) as usize - 1];
-                    assert!(leaf.len() <= 8);
-                    for &p in leaf {
+                    // SAFETY: `collapse` says what is there.
+                    let leaf = unsafe { *lines[lines::line(node.child[lane])..].as_ptr().cast::<Numbers>() };
+                    for p in leaf.0.into_iter().filter(|&p| p != u32::MAX) {
                         seen[p as usize] += 1;
                         assert_eq!(inner.union(&boxes[p as usize]).min, inner.min);
                         assert_eq!(inner.union(&boxes[p as usize]).max, inner.max);

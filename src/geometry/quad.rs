@@ -48,6 +48,7 @@ impl Quad {
         })
     }
 
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<QuadHit> {
         let (o, d) = (ray.origin.as_dvec3() - self.origin, ray.direction.as_dvec3());
         let t = -self.normal.dot(o) / self.normal.dot(d);

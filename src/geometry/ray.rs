@@ -1,4 +1,4 @@
-//! A ray `P(t) = origin + t · direction`, t in (`t_min`, `t_max`).
+//! A ray `P(t) = origin + t · direction`, t in (`t_min`, `t_max`), `t_min` not negative.
 
 use glam::Vec3;
 

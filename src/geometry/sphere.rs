@@ -18,6 +18,7 @@ use glam::Vec3;
 use super::Ray;
 
 /// Both distances, near before far, unclipped; `None` where the line misses. `radius` is positive.
+#[inline(always)]
 pub fn intersect_line(ray: &Ray, center: Vec3, radius: f32) -> Option<[f32; 2]> {
     let f = ray.origin.as_dvec3() - center.as_dvec3();
     let d = ray.direction.as_dvec3();
