@@ -50,7 +50,7 @@ pub struct Overrides {
     #[arg(long, value_name = "ERROR", value_parser = noise)]
     noise: Option<f32>,
 
-    /// The same number of samples for every pixel; without it, more go where more noise is, for the same work in all
+    /// The same number of samples for every pixel, of one path each; without it, more go where more noise is
     #[arg(long)]
     uniform: bool,
 

@@ -149,7 +149,7 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
         lights: Lights::new(&emitters, environment),
         aim,
         lamp_paths: window[2] as f32 * window[3] as f32 / SAMPLES_A_LAMP_PATH as f32,
-        branches: if settings.samples < BRANCH_FROM { 1 } else { BRANCHES },
+        branches: if settings.adaptive && settings.samples >= BRANCH_FROM { BRANCHES } else { 1 },
         window,
         accel,
         objects,

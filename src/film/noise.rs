@@ -14,6 +14,8 @@
 //! mean square error against a converged picture would show. Samples are taken as independent; stratified ones converge
 //! faster, so the estimate errs on the safe side.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::Film;
@@ -26,24 +28,35 @@ pub struct NoiseMap {
     width: usize,
     errors: Vec<f32>,
     estimate: f64,
-    floor: f64,
+}
+
+/// f: below it the error of a luminance counts as absolute.
+pub fn noise_floor(film: &Film) -> f64 {
+    let root_of_row = |y| places(film, y).map(|i| film.luminance(i).sqrt()).sum();
+    let rows = 0..film.height() as usize;
+    let mean_root = mean(film, rows.into_par_iter().map(root_of_row).collect());
+    (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE)
+}
+
+/// Of the pixels in a row.
+fn places(film: &Film, row: usize) -> Range<usize> {
+    let width = film.width() as usize;
+    row * width..(row + 1) * width
+}
+
+/// Over the pixels, of sums by row. Over rows in order: the same bits for any number of threads.
+fn mean(film: &Film, sums: Vec<f64>) -> f64 {
+    sums.iter().sum::<f64>() / film.pixels().len().max(1) as f64
 }
 
 impl NoiseMap {
     pub fn of(film: &Film) -> Self {
         let width = film.width().max(1) as usize;
-        let pixels = film.pixels();
-        // Sums by row, then over rows in order: the same bits for any number of threads.
-        let mean = |sums: Vec<f64>| sums.iter().sum::<f64>() / pixels.len().max(1) as f64;
-        let row = |y: usize| y * width..(y + 1) * width;
-        let root_of_row = |y| row(y).map(|i| film.luminance(i).sqrt()).sum();
-        let rows = pixels.len() / width;
-        let mean_root = mean((0..rows).into_par_iter().map(root_of_row).collect());
-        let floor = (FLOOR * mean_root * mean_root).max(f64::MIN_POSITIVE);
-        let mut errors = vec![0.0; pixels.len()];
+        let floor = noise_floor(film);
+        let mut errors = vec![0.0; film.pixels().len()];
         let fill_row = |(y, errors): (usize, &mut [f32])| {
             let mut squares = 0.0;
-            for (error, i) in errors.iter_mut().zip(row(y)) {
+            for (error, i) in errors.iter_mut().zip(places(film, y)) {
                 let relative = film.luminance_error(i) / film.luminance(i).max(floor);
                 *error = relative as f32;
                 squares += relative * relative;
@@ -51,18 +64,13 @@ impl NoiseMap {
             squares
         };
         let filled = errors.par_chunks_mut(width).enumerate();
-        let estimate = mean(filled.map(fill_row).collect()).sqrt();
-        Self { width, errors, estimate, floor }
+        let estimate = mean(film, filled.map(fill_row).collect()).sqrt();
+        Self { width, errors, estimate }
     }
 
     /// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.
     pub fn estimate(&self) -> Option<f32> {
         self.estimate.is_finite().then_some(self.estimate as f32)
-    }
-
-    /// f, below which the error of a luminance counts as absolute.
-    pub fn floor(&self) -> f64 {
-        self.floor
     }
 
     /// The largest relative error of the pixel and its eight neighbours. A pixel's own estimate fools itself: one that

@@ -74,12 +74,12 @@ impl Aim {
     pub fn new(emitters: &[Emitter], objects: &[(Vec3, f32)]) -> Option<Self> {
         let ball = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
         let mut balls: Vec<Ball> = objects.iter().map(ball).collect();
+        balls.retain(|ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0);
         if balls.len() > MAX_BALLS {
             let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
             let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
             balls = vec![ball(&(0.5 * (low + high), 0.5 * low.distance(high)))];
         }
-        balls.retain(|ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0);
         let power = |emitter: &Emitter| match emitter {
             Emitter::Surface { shape, power, .. } if shape.area() > 0.0 => *power,
             _ => 0.0,

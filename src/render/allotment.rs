@@ -20,7 +20,7 @@
 use rayon::prelude::*;
 
 use super::pass::TILE_SIDE;
-use crate::film::{Film, NoiseMap};
+use crate::film::{Film, noise_floor};
 
 /// No pixel gets more than so many times the samples asked for.
 const MOST: u32 = 16;
@@ -79,7 +79,7 @@ impl Costs {
 
 /// √(vᵢ / cᵢ) of every pixel.
 fn wishes(film: &Film, costs: &Costs) -> Vec<f32> {
-    let floor = NoiseMap::of(film).floor();
+    let floor = noise_floor(film);
     // of the pixel's own samples: paths from lamps, which serve all pixels, do not become more by these
     let relative = |i: usize| film.pixels()[i].luminance_error() / film.luminance(i).max(floor);
     let variances: Vec<f32> = (0..film.pixels().len())

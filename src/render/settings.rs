@@ -51,7 +51,8 @@ pub struct Settings {
     pub crop: Option<[u32; 4]>,
     /// Per pixel, at most; where `adaptive`, the picture takes as much work as so many of every pixel.
     pub samples: u32,
-    /// Samples go where the noise is; otherwise every pixel gets the same number.
+    /// Samples, and paths of a sample, go where they lessen the noise; otherwise every pixel gets the same number of samples, of
+    /// one path each.
     pub adaptive: bool,
     /// A pixel stops when its estimated relative error is below this; 0 never stops early.
     pub noise: f32,

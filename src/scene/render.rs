@@ -27,7 +27,7 @@ table! {
         size: Size = Size([1280, 720]),
         /// Samples per pixel. Where they are spread adaptively, some get more and others fewer, for the same work in all.
         samples: u32 = 256; from(1.0).to(MAX_SAMPLES as f64),
-        /// Samples go where the noise is. Otherwise every pixel gets the same number.
+        /// Samples go where the noise is. Otherwise every pixel gets the same number, of one path each.
         adaptive: bool = true,
         /// A pixel stops when its estimated relative error is below this. 0: never early.
         noise: f32 = 0.0; from(0.0).below(1.0),

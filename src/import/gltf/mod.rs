@@ -218,16 +218,16 @@ fn build<T: Send>(
         *report = said;
         described?
     } else {
+        drop(described); // made anew, without those images
         let there = textures::tell(&decoded, report);
         report.checkpoint()?;
         describe(&parts, Textures::of(there), meanwhile, report)?
     };
     model.images = decoded.into_iter().filter_map(|(_, image)| image.ok()).collect();
     model.sources = files(&document, folder);
-    let source = Source { document: &document, buffers };
-    cameras_and_lights(&source, &parts.placed, &mut model, report);
+    cameras_and_lights(&parts.source, &parts.placed, &mut model, report);
     let scene = nodes::shown_scene(&document);
-    model.environment = ibl::environment(&source, scene, folder, &mut model.images, report);
+    model.environment = ibl::environment(&parts.source, scene, folder, &mut model.images, report);
     report.checkpoint().map(|()| (model, made))
 }
 
