@@ -19,7 +19,7 @@ use glam::{DVec3, Vec3};
 use crate::color::LUMINANCE;
 
 pub use lamps::Lamps;
-pub use noise::{NoiseMap, noise_floor};
+pub use noise::{noise_floor, relative_error};
 pub use pixel::Pixel;
 pub use tile::Tile;
 

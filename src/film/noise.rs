@@ -23,11 +23,19 @@ use super::Film;
 /// Below this share of the picture's middle brightness an error counts as absolute.
 const FLOOR: f64 = 0.1;
 
-/// The relative error of every pixel of a film at one moment.
-pub struct NoiseMap {
-    width: usize,
-    errors: Vec<f32>,
-    estimate: f64,
+/// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.
+pub fn relative_error(film: &Film) -> Option<f32> {
+    let floor = noise_floor(film);
+    let square = |i: usize| {
+        let pixel = &film.pixels()[i];
+        // one that keeps none of its samples stays as it is
+        let is_lost = pixel.kept() < 2 && pixel.dropped() >= 2;
+        if is_lost { 0.0 } else { (film.luminance_error(i) / film.luminance(i).max(floor)).powi(2) }
+    };
+    let of_row = |y| places(film, y).map(square).sum();
+    let rows = 0..film.height() as usize;
+    let estimate = mean(film, rows.into_par_iter().map(of_row).collect()).sqrt();
+    estimate.is_finite().then_some(estimate as f32)
 }
 
 /// f: below it the error of a luminance counts as absolute.
@@ -47,42 +55,6 @@ fn places(film: &Film, row: usize) -> Range<usize> {
 /// Over the pixels, of sums by row. Over rows in order: the same bits for any number of threads.
 fn mean(film: &Film, sums: Vec<f64>) -> f64 {
     sums.iter().sum::<f64>() / film.pixels().len().max(1) as f64
-}
-
-impl NoiseMap {
-    pub fn of(film: &Film) -> Self {
-        let width = film.width().max(1) as usize;
-        let floor = noise_floor(film);
-        let mut errors = vec![0.0; film.pixels().len()];
-        let fill_row = |(y, errors): (usize, &mut [f32])| {
-            let mut squares = 0.0;
-            for (error, i) in errors.iter_mut().zip(places(film, y)) {
-                let relative = film.luminance_error(i) / film.luminance(i).max(floor);
-                *error = relative as f32;
-                squares += relative * relative;
-            }
-            squares
-        };
-        let filled = errors.par_chunks_mut(width).enumerate();
-        let estimate = mean(film, filled.map(fill_row).collect()).sqrt();
-        Self { width, errors, estimate }
-    }
-
-    /// Root mean square of the pixels' relative errors; `None` while a pixel has fewer than two samples.
-    pub fn estimate(&self) -> Option<f32> {
-        self.estimate.is_finite().then_some(self.estimate as f32)
-    }
-
-    /// The largest relative error of the pixel and its eight neighbours. A pixel's own estimate fools itself: one that
-    /// has not yet met the rare bright path believes that it has no noise. Nine pixels are fooled together far less
-    /// often, and their neighbour's surprise keeps all of them at work.
-    pub fn around(&self, x: usize, y: usize) -> f32 {
-        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
-        let height = self.errors.len() / self.width;
-        (y.saturating_sub(1)..(y + 2).min(height))
-            .flat_map(|row| &self.errors[row * self.width..][columns.clone()])
-            .fold(0.0, |worst: f32, &e| worst.max(e))
-    }
 }
 
 #[cfg(test)]
@@ -110,34 +82,19 @@ mod tests {
             let truth = 0.5 * f64::from(scale);
             let square_error: f64 = film.pixels().iter().map(|p| (p.luminance() / truth - 1.0).powi(2)).sum();
             let actual = (square_error / (64.0 * 64.0)).sqrt();
-            let estimate = f64::from(NoiseMap::of(&film).estimate().expect("64 samples each"));
+            let estimate = f64::from(relative_error(&film).expect("64 samples each"));
             assert!((estimate / actual - 1.0).abs() < 0.05, "estimate {estimate}, actual {actual}");
         }
     }
 
     #[test]
     fn nothing_is_claimed_before_two_samples() {
-        assert_eq!(NoiseMap::of(&noisy_film(1, 1.0)).estimate(), None);
-        assert_eq!(NoiseMap::of(&noisy_film(0, 1.0)).around(3, 3), f32::INFINITY);
+        assert_eq!(relative_error(&noisy_film(1, 1.0)), None);
+        assert_eq!(relative_error(&noisy_film(0, 1.0)), None);
     }
 
     #[test]
     fn a_black_picture_has_no_noise() {
-        assert_eq!(NoiseMap::of(&noisy_film(16, 0.0)).estimate(), Some(0.0));
-    }
-
-    #[test]
-    fn neighbours_count() {
-        let mut film = Film::new(5, 4).expect("small");
-        for (i, pixel) in film.pixels.iter_mut().enumerate() {
-            pixel.add(Vec3::ONE);
-            pixel.add(Vec3::splat(if i == 6 { 2.0 } else { 1.0 })); // x = 1, y = 1
-        }
-        let map = NoiseMap::of(&film);
-        for y in 0..4 {
-            for x in 0..5 {
-                assert_eq!(map.around(x, y) > 0.0, x <= 2 && y <= 2, "{x}, {y}");
-            }
-        }
+        assert_eq!(relative_error(&noisy_film(16, 0.0)), Some(0.0));
     }
 }

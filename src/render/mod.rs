@@ -1,9 +1,10 @@
 //! From a function of (pixel, sample index) to a film: passes, tiles, threads, and when to stop.
 //!
 //! A picture is made in passes over all pixels that still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
-//! each), so that there is something to show at once and little is lost when something stops; after a quarter of the
-//! work the rest goes where the noise is (`schedule.rs`). Each pass hands tiles of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their
-//! index. Between passes the film's state alone decides which pixels go on (`stop.rs`). So the film is the same to the
+//! each), so that there is something to show at once and little is lost when something stops; after the first of the work, the rest goes
+//! where the noise is (`schedule.rs`, `allotment.rs`). Each pass hands tiles of the film to the threads of a pool; a tile has one owner, which
+//! adds samples to each pixel in the order of their index. Between passes the film's state alone decides which pixels go on, and whether the
+//! picture is good enough. So the film is the same to the
 //! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
 //! holds its first n samples, whatever n it got to.
 
@@ -12,7 +13,6 @@ mod monitor;
 mod pass;
 mod schedule;
 mod settings;
-mod stop;
 
 use std::{
     collections::TryReserveError,
@@ -29,11 +29,10 @@ pub use settings::{
 
 use crate::{
     compile::Scene,
-    film::Film,
+    film::{Film, relative_error},
     integrator::{RayCounts, Splat, sample_pixel, trace_lamp_path},
 };
 use schedule::Schedule;
-use stop::Plan;
 
 /// Deep enough for tree building and scene loading, which recurse; rendering itself hardly does.
 const STACK_BYTES: usize = 8 << 20;
@@ -41,9 +40,9 @@ const STACK_BYTES: usize = 8 << 20;
 /// Why rendering ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Every pixel has all samples asked for.
+    /// All samples asked for, or as much work as they take, are done.
     Finished,
-    /// Every pixel has all samples or is below the noise threshold.
+    /// The estimated relative error of the picture is below the one asked for.
     NoiseReached,
     TimeUp,
     Cancelled,
@@ -56,7 +55,7 @@ pub struct Rendering {
     pub outcome: Outcome,
     pub rays: RayCounts,
     pub duration: Duration,
-    /// Estimated relative error of the picture (see [`NoiseMap`](crate::film::NoiseMap)); `None` where some pixel
+    /// Estimated relative error of the picture (see [`relative_error`]); `None` where some pixel
     /// has fewer than two samples.
     pub noise: Option<f32>,
 }
@@ -115,20 +114,18 @@ where
         let mut schedule = Schedule::new(settings);
         let mut work = pass::no_work(width, height);
         loop {
-            schedule.advance(&film, &work);
-            let plan = Plan::of(&film, settings, &schedule);
-            monitor.report(&plan);
-            let outcome = match plan.outcome() {
-                Some(outcome) => outcome,
-                None if monitor.is_cancelled() => Outcome::Cancelled,
-                None if stop() => Outcome::TimeUp,
-                None => {
-                    let pass = pass::Pass { origin: [x, y], plan: &plan };
-                    pass::add(&mut rays, pass.run(&mut film, &mut work, sample, lamp, &stop, monitor));
-                    continue;
-                }
-            };
-            return (outcome, plan.noise);
+            let noise = relative_error(&film);
+            let end = schedule.advance(&film, &work, noise);
+            monitor.report(schedule.expected(&film, monitor.samples(), noise), noise);
+            if let Some(outcome) = end {
+                return (outcome, noise);
+            }
+            let pass = pass::Pass { origin: [x, y], schedule: &schedule };
+            let is_whole = !stop() && pass.run(&mut film, &mut work, sample, lamp, &stop, monitor, &mut rays);
+            if !is_whole {
+                let outcome = if monitor.is_cancelled() { Outcome::Cancelled } else { Outcome::TimeUp };
+                return (outcome, relative_error(&film));
+            }
         }
     });
     Ok(Rendering { film, outcome, rays, duration: start.elapsed(), noise })

@@ -4,7 +4,6 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 
-use super::stop::Plan;
 use crate::integrator::RayCounts;
 
 #[derive(Debug)]
@@ -49,7 +48,7 @@ impl Monitor {
         self.rays.load(Relaxed)
     }
 
-    /// Share of the expected samples that are done, from 0 to 1. With a noise threshold the expectation moves.
+    /// Share of the expected samples that are done, from 0 to 1. With an error to reach the expectation moves.
     pub fn fraction(&self) -> f64 {
         let expected = self.expected.load(Relaxed);
         if expected == 0 { 0.0 } else { (self.samples() as f64 / expected as f64).min(1.0) }
@@ -65,9 +64,9 @@ impl Monitor {
         self.rays.fetch_add(rays.camera + rays.bounce + rays.shadow, Relaxed);
     }
 
-    pub(super) fn report(&self, plan: &Plan) {
-        self.taken.store(plan.taken(), Relaxed);
-        self.expected.store(plan.taken() + plan.expected(), Relaxed);
-        self.noise.store(plan.noise.unwrap_or(f32::NAN).to_bits(), Relaxed);
+    /// What is known between passes: how many samples there will be in all, and how noisy the picture is.
+    pub(super) fn report(&self, expected: u64, noise: Option<f32>) {
+        self.expected.store(expected, Relaxed);
+        self.noise.store(noise.unwrap_or(f32::NAN).to_bits(), Relaxed);
     }
 }

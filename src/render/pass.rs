@@ -5,9 +5,9 @@ use std::mem;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Monitor, stop::Plan};
+use super::{Monitor, schedule::Schedule};
 use crate::{
-    film::{Film, Pixel, Tile},
+    film::{Film, Tile},
     integrator::{RayCounts, Splat},
     light::SAMPLES_A_LAMP_PATH,
 };
@@ -25,17 +25,21 @@ struct Done {
     rays: RayCounts,
     paths: u64,
     splats: Vec<Splat>,
+    is_cut: bool,
 }
 
 pub struct Pass<'a> {
     /// Where the film lies in the whole picture.
     pub origin: [u32; 2],
-    pub plan: &'a Plan,
+    pub schedule: &'a Schedule,
 }
 
 /// How long a ray takes, beside one that meets a surface: the camera's often meet nothing, and what is behind is
 /// looked up once.
 const CAMERA_RAY_WORK: f64 = 0.25;
+
+/// What a sample takes at least.
+pub const LEAST_WORK: f64 = CAMERA_RAY_WORK;
 
 /// Of each tile, row by row: the work it took, in rays.
 pub type TileWork = Vec<f64>;
@@ -45,7 +49,8 @@ pub fn no_work(width: u32, height: u32) -> TileWork {
 }
 
 impl Pass<'_> {
-    /// Adds the pass's samples to the film and their rays to `work`, or those of them that were taken before `stop` said so.
+    /// Adds the pass's samples to the film and their rays to `total` and `work`, or those of them that were taken before `stop` said
+    /// so; says whether these are all.
     ///
     /// What paths from lamps bring is written to the film tile by tile in their order, for the same bits whatever the
     /// threads, and after so many tiles that the list of it stays short.
@@ -57,12 +62,13 @@ impl Pass<'_> {
         lamp: Option<&L>,
         stop: &(impl Fn() -> bool + Sync),
         monitor: &Monitor,
-    ) -> RayCounts
+        total: &mut RayCounts,
+    ) -> bool
     where
         S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
         L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>) + Sync,
     {
-        let mut total = RayCounts::default();
+        let mut is_whole = true;
         let width = film.width() as usize;
         let mut lamps = mem::take(film.lamps_mut());
         let at_once = if lamp.is_some() { TILES_A_THREAD * rayon::current_num_threads() } else { usize::MAX };
@@ -76,13 +82,14 @@ impl Pass<'_> {
             let done: Vec<Done> = part
                 .into_par_iter()
                 .with_max_len(1)
-                .map(|tile| self.run_tile(tile, sample, lamp, stop, monitor))
+                .map(|tile| self.run_tile(tile, width, sample, lamp, stop, monitor))
                 .collect();
-            for Done { rays, paths, splats } in done {
+            for Done { rays, paths, splats, is_cut } in done {
+                is_whole &= !is_cut;
                 if let Some(work) = work.next() {
                     *work += CAMERA_RAY_WORK * rays.camera as f64 + (rays.bounce + rays.shadow) as f64;
                 }
-                add(&mut total, rays);
+                add(total, rays);
                 lamps.count(paths);
                 for Splat { x, y, radiance } in splats {
                     let [x, y] = [x - self.origin[0], y - self.origin[1]].map(|n| n as usize);
@@ -91,12 +98,13 @@ impl Pass<'_> {
             }
         }
         *film.lamps_mut() = lamps;
-        total
+        is_whole
     }
 
     fn run_tile<S, L>(
         &self,
         tile: Tile,
+        width: usize,
         sample: &S,
         lamp: Option<&L>,
         stop: &impl Fn() -> bool,
@@ -111,18 +119,22 @@ impl Pass<'_> {
             let mut rays = RayCounts::default();
             let mut taken = 0;
             for (x, pixel) in (tile.x..).zip(row) {
-                if self.plan.end(x, y) <= pixel.taken() {
+                let first = pixel.taken();
+                let end = self.schedule.end(y as usize * width + x as usize, first);
+                if end <= first {
                     continue;
                 }
                 if stop() {
+                    done.is_cut = true;
                     break;
                 }
-                let first = pixel.taken();
-                let new = self.run_pixel(x, y, pixel, sample, &mut rays);
-                taken += new;
+                for index in first..end {
+                    pixel.add(sample(x + self.origin[0], y + self.origin[1], index, &mut rays));
+                }
+                taken += u64::from(end - first);
                 if let Some(lamp) = lamp {
                     let every = SAMPLES_A_LAMP_PATH;
-                    for index in first.div_ceil(every)..(first + new as u32).div_ceil(every) {
+                    for index in first.div_ceil(every)..end.div_ceil(every) {
                         done.paths += 1;
                         lamp(x + self.origin[0], y + self.origin[1], index, &mut rays, &mut done.splats);
                     }
@@ -133,21 +145,9 @@ impl Pass<'_> {
         }
         done
     }
-
-    fn run_pixel<S>(&self, x: u32, y: u32, pixel: &mut Pixel, sample: &S, rays: &mut RayCounts) -> u64
-    where
-        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
-    {
-        let first = pixel.taken();
-        let end = self.plan.end(x, y);
-        for index in first..end {
-            pixel.add(sample(x + self.origin[0], y + self.origin[1], index, rays));
-        }
-        u64::from(end.saturating_sub(first))
-    }
 }
 
-pub fn add(total: &mut RayCounts, more: RayCounts) {
+fn add(total: &mut RayCounts, more: RayCounts) {
     total.camera += more.camera;
     total.bounce += more.bounce;
     total.shadow += more.shadow;

@@ -1,10 +1,23 @@
 //! What each pass takes, and how many samples each pixel gets in all.
 //!
-//! Either every pixel gets as many as asked for, or they go where the noise is ([`Settings::adaptive`]): every pixel first takes a
-//! quarter of them, and what those show decides, once, how the rest of the work is shared out (`allotment.rs`).
+//! A picture is made in stages, of some passes each. In the first every pixel takes the same number; then, where samples are to go where
+//! the noise is ([`Settings::adaptive`]), what all have shown by then decides how the work of the next stage is shared out
+//! (`allotment.rs`).
+//!
+//! Where a number of samples alone is asked for, the first stage is a quarter of them, and the second the rest. With an end that is not
+//! known (a relative error to reach, or a time), the first stage is short, and each of the others at most doubles the work, so that
+//! shares are never older than half of it; with an error to reach, a stage takes no more than should bring the picture there.
+//!
+//! The error that ends a picture is that of the whole ([`relative_error`](crate::film::relative_error)), looked at between stages: the mean over
+//! all pixels, on which each has next to no influence. A rule by which each pixel stopped on seeing its own samples would favour those that
+//! have met nothing bright yet. The error is that of few, where few were taken, and then rather too low: hence never less than
+//! [`LEAST_SAMPLES`] of them, and where an error turns out to be larger after all, another stage.
 
-use super::{Settings, allotment::allot};
-use crate::film::Film;
+use super::{
+    Outcome, Settings,
+    allotment::{Ask, allot},
+};
+use crate::film::{Film, Pixel};
 
 /// Samples per pass once the first few have shown the picture.
 const LARGEST_BATCH: u32 = 16;
@@ -15,62 +28,176 @@ const PILOT_PART: u32 = 4;
 /// Fewer say nothing about their spread.
 const LEAST_PILOT: u32 = 4;
 
+/// The largest first stage where the end is open.
+const OPEN_PILOT: u32 = 16;
+
+/// With fewer in every pixel, no estimate of the error is believed.
+const LEAST_SAMPLES: u32 = 16;
+
+/// A stage that is to reach an error takes so much more than all before, at least.
+const LEAST_GROWTH: f64 = 1.0 / 8.0;
+
+/// A stage aims at so much of the error asked for, so that one more is seldom needed.
+const AIM: f64 = 0.98;
+
+/// Of the samples: what is left is not worth a stage.
+const NEARLY_ALL: f64 = 0.97;
+
 pub struct Schedule {
     samples: u32,
-    /// Samples of each pixel that takes part in the next pass, before any allotment.
-    batch: u32,
-    /// Sum of the batches.
-    level: u32,
-    /// The level at which the rest is allotted.
-    pilot: Option<u32>,
-    shares: Option<Shares>,
+    adaptive: bool,
+    /// To be reached; 0 where there is none.
+    noise: f32,
+    /// Whether an error or a time may end it before all samples.
+    open: bool,
+    stage: Stage,
+    /// At its end all samples are taken.
+    last: bool,
+    /// At its end: as many samples of every pixel take as much work.
+    level: f64,
 }
 
-/// Samples by pixel, approached in equal steps.
-struct Shares {
-    goals: Vec<u32>,
-    pilot: u32,
-    step: u32,
-    steps: u32,
+enum Stage {
+    /// Every pixel takes as many: `now` after this pass.
+    Equal { now: u32, until: u32 },
+    /// By pixel, in equal steps.
+    Shared { goals: Vec<u32>, passes: u32 },
 }
 
 impl Schedule {
-    pub fn new(settings: &Settings) -> Self {
-        let pilot = settings.samples / PILOT_PART;
-        // Where a threshold is given, it says when a pixel has enough.
-        let shared = settings.adaptive && settings.noise <= 0.0 && pilot >= LEAST_PILOT;
-        Self { samples: settings.samples, batch: 0, level: 0, pilot: shared.then_some(pilot), shares: None }
-    }
-
-    /// Goes on to the next pass over `film`, of whose tiles each has taken so much `work`.
-    pub fn advance(&mut self, film: &Film, work: &[f64]) {
-        if let Some(shares) = &mut self.shares {
-            shares.step = (shares.step + 1).min(shares.steps);
-        } else if let Some(pilot) = self.pilot.filter(|&pilot| self.level >= pilot) {
-            let goals = allot(film, work, pilot, self.samples);
-            let steps = (self.samples - pilot).div_ceil(LARGEST_BATCH).max(1);
-            self.shares = Some(Shares { goals, pilot, step: 1, steps });
-        } else {
-            let left = self.pilot.unwrap_or(self.samples) - self.level;
-            // 1, 1, 2, 4, 8, 16, 16, …: after the first the number doubles, then grows evenly
-            self.batch = self.level.clamp(1, LARGEST_BATCH).min(left);
-            self.level += self.batch;
+    pub fn new(&Settings { samples, adaptive, noise, time, .. }: &Settings) -> Self {
+        let open = noise > 0.0 || time.is_some();
+        let part = samples / PILOT_PART;
+        let pilot = if open { part.min(OPEN_PILOT) } else { part };
+        let adaptive = adaptive && pilot >= LEAST_PILOT;
+        let until = match adaptive {
+            true => pilot,
+            false if noise > 0.0 => samples.min(LEAST_SAMPLES),
+            false => samples,
+        };
+        Self {
+            samples,
+            adaptive,
+            noise,
+            open,
+            stage: Stage::Equal { now: 0, until },
+            last: until == samples,
+            level: until.into(),
         }
     }
 
-    /// How many samples the pixel (by its place, row by row) is to have in all, as far as is known.
-    pub fn goal(&self, pixel: usize) -> u32 {
-        self.shares.as_ref().map_or(self.samples, |shares| shares.goals[pixel])
+    /// Goes on to the next pass over `film`, of whose tiles each has taken so much `work`, and whose relative error is `noise`; or says how
+    /// rendering ended.
+    pub fn advance(&mut self, film: &Film, work: &[f64], noise: Option<f32>) -> Option<Outcome> {
+        if self.stage.is_over() {
+            if noise.is_some_and(|noise| noise < self.noise) && self.level >= LEAST_SAMPLES.into() {
+                return Some(Outcome::NoiseReached);
+            }
+            if self.last {
+                return Some(Outcome::Finished);
+            }
+            self.stage = if self.adaptive { self.share(film, work, noise) } else { self.equal(noise) };
+        } else if let Stage::Shared { passes, .. } = &mut self.stage {
+            *passes -= 1;
+        }
+        if let Stage::Equal { now, until } = &mut self.stage {
+            // 1, 1, 2, 4, 8, 16, 16, …: after the first the number doubles, then grows evenly
+            *now += (*now).clamp(1, LARGEST_BATCH).min(*until - *now);
+        }
+        None
     }
 
-    /// How many a pixel that has `taken` so many is to have after the next pass, if it still needs any.
+    /// How many a pixel (by its place, row by row) that has `taken` so many is to have after the pass.
     pub fn end(&self, pixel: usize, taken: u32) -> u32 {
-        self.shares.as_ref().map_or(
-            taken.saturating_add(self.batch),
-            |Shares { goals, pilot, step, steps }| {
-                let more = u64::from(goals[pixel] - pilot) * u64::from(*step) / u64::from(*steps);
-                pilot + more as u32
-            },
-        )
+        match &self.stage {
+            Stage::Equal { now, .. } => *now,
+            Stage::Shared { goals, passes } => {
+                let more = u64::from(goals[pixel].saturating_sub(taken));
+                let passes = u64::from(*passes);
+                taken + ((more + passes / 2) / passes) as u32
+            }
+        }
     }
+
+    /// Samples of all pixels at the end, as far as can be told from those `taken` and their `noise`.
+    pub fn expected(&self, film: &Film, taken: u64, noise: Option<f32>) -> u64 {
+        let all = film.pixels().len() as u64 * u64::from(self.samples);
+        let of_stage = match &self.stage {
+            Stage::Equal { until, .. } => film.pixels().len() as u64 * u64::from(*until),
+            Stage::Shared { goals, .. } => goals.iter().map(|&goal| u64::from(goal)).sum(),
+        };
+        match noise {
+            _ if self.last => of_stage,
+            // errors fall as 1/√n
+            Some(noise) if self.noise > 0.0 => {
+                let needed = taken as f64 * f64::from(noise / self.noise).powi(2);
+                (needed as u64).min(all).max(of_stage)
+            }
+            _ => all.max(of_stage),
+        }
+    }
+
+    /// The next stage, where all pixels take as many.
+    fn equal(&mut self, noise: Option<f32>) -> Stage {
+        let now = self.level as u32;
+        let needed = noise.map_or(f64::INFINITY, |noise| (f64::from(noise / self.noise) / AIM).powi(2));
+        let growth = needed.clamp(1.0 + LEAST_GROWTH, 2.0);
+        let until = whole(self.level * growth, block(2.0 * self.level)).min(self.samples);
+        self.last = until == self.samples;
+        self.level = until.into();
+        Stage::Equal { now, until }
+    }
+
+    /// The next stage, where samples go where the noise is.
+    fn share(&mut self, film: &Film, work: &[f64], noise: Option<f32>) -> Stage {
+        let is_first = matches!(self.stage, Stage::Equal { .. });
+        let samples = f64::from(self.samples);
+        let growth = if is_first { f64::from(PILOT_PART) } else { 2.0 };
+        let ask = if self.open {
+            let budget = (self.level * growth).min(samples);
+            Ask {
+                block: block(budget),
+                least: (self.level as u32 / PILOT_PART).max(1),
+                budget,
+                needed: (self.level * (1.0 + LEAST_GROWTH)).min(budget),
+                error: noise
+                    .filter(|_| self.noise > 0.0)
+                    .map(|noise| [noise.into(), AIM * f64::from(self.noise)]),
+            }
+        } else {
+            let pilot = self.level as u32;
+            Ask { block: pilot, least: pilot, budget: samples, needed: samples, error: None }
+        };
+        let mut allotment = allot(film, work, &ask);
+        let adds = |(&goal, pixel): (&u32, &Pixel)| goal > pixel.taken();
+        if self.open && !allotment.goals.iter().zip(film.pixels()).any(adds) {
+            // nothing is left by rounding, or all noise is the lamps'
+            allotment.goals.iter_mut().for_each(|goal| *goal += ask.block);
+            allotment.level += f64::from(ask.block);
+        }
+        self.last = !self.open || allotment.level >= NEARLY_ALL * samples;
+        let passes = ((allotment.level - self.level) / f64::from(LARGEST_BATCH)).ceil().max(1.0) as u32;
+        self.level = allotment.level;
+        Stage::Shared { goals: allotment.goals, passes }
+    }
+}
+
+impl Stage {
+    /// Whether the pass was its last.
+    fn is_over(&self) -> bool {
+        match self {
+            Self::Equal { now, until } => now == until,
+            Self::Shared { passes, .. } => *passes <= 1,
+        }
+    }
+}
+
+/// Of what numbers of samples are multiples where their mean is to be `level`: parts of a low-discrepancy sequence are best whole.
+fn block(level: f64) -> u32 {
+    1 << (level / 16.0).max(1.0).log2() as u32
+}
+
+/// The least multiple of `block` that is not less.
+fn whole(level: f64, block: u32) -> u32 {
+    (level / f64::from(block)).ceil() as u32 * block
 }

@@ -26,15 +26,18 @@ fn run<S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync>(sample: S, settings:
 
 #[test]
 fn same_bits_for_any_number_of_threads() {
-    for (noise, adaptive) in [(0.0, false), (0.05, false), (0.0, true)] {
+    let day = Some(Duration::from_hours(24));
+    let ways = [(0.0, false, None), (0.05, false, None), (0.0, true, None), (0.03, true, None), (0.0, true, day)];
+    for (noise, adaptive, time) in ways {
         let films = [1, 2, 7].map(|threads| {
-            run(noisy, &Settings { threads: Some(threads), noise, adaptive, ..settings([83, 45], 300) }).film
+            let settings = Settings { noise, adaptive, time, ..settings([83, 45], 300) };
+            run(noisy, &Settings { threads: Some(threads), ..settings }).film
         });
         assert_eq!(films[0], films[1]);
         assert_eq!(films[0], films[2]);
         let counts = films[0].sample_counts();
         assert!(counts.dropped > 0);
-        assert_eq!(counts.min < counts.max, noise > 0.0 || adaptive, "{counts:?}");
+        assert_eq!(counts.min < counts.max, adaptive, "{counts:?}");
     }
 }
 
@@ -114,48 +117,57 @@ fn panics_of_the_sampler_reach_the_caller() {
 }
 
 /// Uniform noise of relative standard deviation 1/√3 per sample and constant mean: the number of samples at
-/// which pixels stop, and how far they then are from the truth, are known.
+/// which it stops, and how far pixels then are from the truth, are known.
 #[test]
-fn the_noise_rule_stops_where_the_error_is_what_was_asked() {
+fn noise_stops_where_the_error_of_the_picture_is_what_was_asked() {
     let flat = |x: u32, y: u32, index, _: &mut RayCounts| Vec3::splat(uniform(index, y * 64 + x));
-    for noise in [0.1, 0.04] {
-        let done = run(flat, &Settings { noise, ..settings([64, 64], 100_000) });
+    for (noise, adaptive) in [(0.1, false), (0.04, false), (0.1, true), (0.04, true)] {
+        let done = run(flat, &Settings { noise, adaptive, ..settings([64, 64], 100_000) });
         assert_eq!(done.outcome, Outcome::NoiseReached);
         let needed = 1.0 / 3.0 / f64::from(noise * noise);
         let counts = done.film.sample_counts();
-        assert!(counts.mean > needed && counts.mean < 1.6 * needed + 16.0, "{counts:?}, needed {needed}");
+        assert!(counts.mean > needed && counts.mean < 1.25 * needed, "{counts:?}, needed {needed}");
         let square_error: f64 = done.film.pixels().iter().map(|p| (p.luminance() / 0.5 - 1.0).powi(2)).sum();
         let actual = (square_error / 4096.0).sqrt() as f32;
-        assert!(actual < noise && actual > 0.7 * noise, "asked {noise}, got {actual}");
+        assert!(actual < noise && actual > 0.8 * noise, "asked {noise}, got {actual}");
         let estimate = done.noise.expect("many samples");
         assert!((estimate / actual - 1.0).abs() < 0.1, "estimate {estimate}, actual {actual}");
     }
 }
 
-/// A dim pixel that one path in 1/p makes bright. Stopped pixels favour those that have met fewer bright paths, so the
-/// mean of the picture falls short: here by less than a sixth of the noise that was asked for. (A pixel's own estimate
-/// alone, without its neighbours', makes it up to 1.5 times the noise.)
+/// A dim pixel that one path in 1/p makes bright, in noisier and quieter columns. Of the error that was asked for the mean of the picture falls short by
+/// what the decision to stop, and shares of more than one stage, may cost: less than its own standard error shows.
 #[test]
-fn the_noise_rule_hardly_biases_rare_bright_paths() {
-    for (p, bright) in [(0.02, 10.0), (0.005, 20.0), (0.001, 50.0), (0.0002, 50.0)] {
-        for noise in [0.1, 0.05] {
+fn stages_keep_the_mean_of_rare_bright_paths() {
+    for (p, bright) in [(0.02f32, 10.0f32), (0.005, 20.0), (0.001, 50.0), (0.0002, 50.0)] {
+        for (noise, time) in [(0.1, None), (0.05, None), (0.0, Some(Duration::from_hours(1)))] {
             let rare = |x: u32, y: u32, index, _: &mut RayCounts| {
                 let dim = uniform(index, 2 * (y * 128 + x));
                 let hit = uniform(index, 2 * (y * 128 + x) + 1) < p;
                 Vec3::splat(if hit { bright } else { dim })
             };
-            let done = run(rare, &Settings { noise, ..settings([48, 48], 16_384) });
+            let samples = if noise > 0.0 { 16_384 } else { 256 };
+            let done = run(rare, &Settings { noise, time, ..adaptive([96, 96], samples) });
+            assert_eq!(done.outcome == Outcome::NoiseReached, noise > 0.0);
             let truth = f64::from((1.0 - p) * 0.5 + p * bright);
-            let sum: f64 = done.film.pixels().iter().map(Pixel::luminance).sum();
-            let bias = sum / 2304.0 / truth - 1.0;
+            let variance = f64::from((1.0 - p) / 3.0 + p * bright * bright) - truth * truth;
+            let z = z_of_mean(&done.film, truth, variance);
             assert!(
-                bias.abs() < f64::from(noise) / 6.0,
-                "bias {bias:+.4} at noise {noise}, {bright} in one of {} paths, {:?}",
+                z.abs() < 3.5,
+                "z {z:+.2} at noise {noise}, {bright} in one of {} paths, {:?}",
                 1.0 / p,
                 done.film.sample_counts()
             );
         }
     }
+}
+
+/// By how many standard errors the mean of the picture is off.
+fn z_of_mean(film: &Film, truth: f64, variance: f64) -> f64 {
+    let pixels = film.pixels();
+    let mean = pixels.iter().map(Pixel::luminance).sum::<f64>() / pixels.len() as f64;
+    let error = pixels.iter().map(|pixel| variance / f64::from(pixel.kept())).sum::<f64>().sqrt();
+    (mean - truth) / (error / pixels.len() as f64)
 }
 
 fn adaptive(size: [u32; 2], samples: u32) -> Settings {
@@ -199,15 +211,12 @@ fn rare_bright_paths_keep_their_mean() {
         let done = run(rare, &adaptive([256, 256], 32));
         let counts = done.film.sample_counts();
         assert!(counts.min < 32 && counts.max > 32, "{counts:?}");
-        let pixels = done.film.pixels();
         let truth = f64::from((1.0 - p) * 0.5 + p * bright);
         let variance = f64::from((1.0 - p) / 3.0 + p * bright * bright) - truth * truth;
-        let mean = pixels.iter().map(Pixel::luminance).sum::<f64>() / pixels.len() as f64;
-        let error = pixels.iter().map(|pixel| variance / f64::from(pixel.kept())).sum::<f64>().sqrt();
-        let z = (mean - truth) / (error / pixels.len() as f64);
+        let z = z_of_mean(&done.film, truth, variance);
         assert!(
             z.abs() < 3.5,
-            "{bright} in one of {} paths: mean {mean}, expected {truth}, z {z:.2}",
+            "{bright} in one of {} paths: z {z:.2}",
             1.0 / p
         );
     }
