@@ -46,7 +46,7 @@ pub struct Overrides {
     #[command(flatten)]
     basics: Basics,
 
-    /// A pixel stops when its estimated relative error is below this, such as 0.01; 0: never early
+    /// The relative error of the picture, as estimated, that is enough, such as 0.01; 0: never stops early
     #[arg(long, value_name = "ERROR", value_parser = noise)]
     noise: Option<f32>,
 

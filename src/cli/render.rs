@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         pool.install(|| write_picture(&interrupt, &rendering, &counts, &settings, &output))
     })?;
     if !args.quiet {
-        summarize(&output.file, &rendering, &counts, clamped);
+        summarize(&output.file, &rendering, &counts, clamped, settings.noise);
     }
     if let Some(file) = &args.stats {
         let stats = Stats::new(&settings, &output, &scene.stats, &rendering, &counts, seconds);
@@ -197,12 +197,17 @@ fn warn(job: &Job, overrides: &Overrides) {
 }
 
 /// The closing line, and whatever else should be known about the picture.
-fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped: u64) {
+fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped: u64, asked: f32) {
     let outcome = match rendering.outcome {
+        Outcome::Finished if asked > 0.0 => ", all samples taken",
         Outcome::Finished => "",
         Outcome::NoiseReached => ", noise threshold reached",
         Outcome::TimeUp => ", time is up",
         Outcome::Cancelled => ", interrupted",
+    };
+    let noise = match rendering.noise {
+        Some(noise) if asked > 0.0 => format!(", noise {:.1} % of {:.1} %", 100.0 * noise, 100.0 * asked),
+        _ => String::new(),
     };
     let seconds = duration(rendering.duration.as_secs_f64());
     let speed = Rays::new(&rendering.rays, rendering.duration).mrays_per_second;
@@ -219,7 +224,7 @@ fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped:
         say(format!("warning: {count} {what}"));
     }
     say(format!(
-        "wrote {}: {} × {}, {samples} samples per pixel, {seconds}, {speed:.2} Mrays/s{outcome}",
+        "wrote {}: {} × {}, {samples} samples per pixel, {seconds}, {speed:.2} Mrays/s{noise}{outcome}",
         file.display(),
         rendering.film.width(),
         rendering.film.height(),

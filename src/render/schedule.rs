@@ -10,8 +10,8 @@
 //!
 //! The error that ends a picture is that of the whole ([`relative_error`](crate::film::relative_error)), looked at between stages: the mean over
 //! all pixels, on which each has next to no influence. A rule by which each pixel stopped on seeing its own samples would favour those that
-//! have met nothing bright yet. The error is that of few, where few were taken, and then rather too low: hence never less than
-//! [`LEAST_SAMPLES`] of them, and where an error turns out to be larger after all, another stage.
+//! have met nothing bright yet. Estimated from few samples an error is rather too low: hence never less than [`LEAST_SAMPLES`] of a
+//! pixel, and another stage where it turns out to be larger.
 
 use super::{
     Outcome, Settings,
@@ -33,6 +33,9 @@ const OPEN_PILOT: u32 = 16;
 
 /// With fewer in every pixel, no estimate of the error is believed.
 const LEAST_SAMPLES: u32 = 16;
+
+/// Nor with fewer in all, as in a picture of a few pixels: each would decide by its own.
+const LEAST_IN_ALL: f64 = 4096.0;
 
 /// A stage that is to reach an error takes so much more than all before, at least.
 const LEAST_GROWTH: f64 = 1.0 / 8.0;
@@ -90,7 +93,9 @@ impl Schedule {
     /// rendering ended.
     pub fn advance(&mut self, film: &Film, work: &[f64], noise: Option<f32>) -> Option<Outcome> {
         if self.stage.is_over() {
-            if noise.is_some_and(|noise| noise < self.noise) && self.level >= LEAST_SAMPLES.into() {
+            let is_believed =
+                self.level >= LEAST_SAMPLES.into() && self.level * film.pixels().len() as f64 >= LEAST_IN_ALL;
+            if is_believed && noise.is_some_and(|noise| noise < self.noise) {
                 return Some(Outcome::NoiseReached);
             }
             if self.last {
@@ -142,7 +147,7 @@ impl Schedule {
         let now = self.level as u32;
         let needed = noise.map_or(f64::INFINITY, |noise| (f64::from(noise / self.noise) / AIM).powi(2));
         let growth = needed.clamp(1.0 + LEAST_GROWTH, 2.0);
-        let until = whole(self.level * growth, block(2.0 * self.level)).min(self.samples);
+        let until = whole(self.level * growth, block(self.level / 8.0)).min(self.samples);
         self.last = until == self.samples;
         self.level = until.into();
         Stage::Equal { now, until }
@@ -155,8 +160,10 @@ impl Schedule {
         let growth = if is_first { f64::from(PILOT_PART) } else { 2.0 };
         let ask = if self.open {
             let budget = (self.level * growth).min(samples);
+            // finer where the error decides how much is taken
+            let parts = if self.noise > 0.0 { 16.0 } else { 4.0 };
             Ask {
-                block: block(budget),
+                block: block(budget / parts),
                 least: (self.level as u32 / PILOT_PART).max(1),
                 budget,
                 needed: (self.level * (1.0 + LEAST_GROWTH)).min(budget),
@@ -192,9 +199,9 @@ impl Stage {
     }
 }
 
-/// Of what numbers of samples are multiples where their mean is to be `level`: parts of a low-discrepancy sequence are best whole.
-fn block(level: f64) -> u32 {
-    1 << (level / 16.0).max(1.0).log2() as u32
+/// The largest power of two up to `samples`: parts of a low-discrepancy sequence are best whole.
+fn block(samples: f64) -> u32 {
+    1 << samples.max(1.0).log2() as u32
 }
 
 /// The least multiple of `block` that is not less.

@@ -54,7 +54,7 @@ pub struct Settings {
     /// Samples, and paths of a sample, go where they lessen the noise; otherwise every pixel gets the same number of samples, of
     /// one path each.
     pub adaptive: bool,
-    /// A pixel stops when its estimated relative error is below this; 0 never stops early.
+    /// Rendering ends when the estimated relative error of the picture is below this; 0 never ends early.
     pub noise: f32,
     pub time: Option<Duration>,
     pub seed: u64,

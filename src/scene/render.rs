@@ -29,7 +29,7 @@ table! {
         samples: u32 = 256; from(1.0).to(MAX_SAMPLES as f64),
         /// Samples go where the noise is. Otherwise every pixel gets the same number, of one path each.
         adaptive: bool = true,
-        /// A pixel stops when its estimated relative error is below this. 0: never early.
+        /// Rendering ends when the estimated relative error of the picture is below this, if not at `samples` before. 0: never early.
         noise: f32 = 0.0; from(0.0).below(1.0),
         /// Rendering stops after this time: seconds, or "90s", "5m", "1h30m". Without it: no limit.
         time: Option<Time>,
