@@ -234,3 +234,31 @@ fn a_picture_without_noise_takes_only_the_first_samples() {
     let nan = |_, _, _, _: &mut RayCounts| Vec3::NAN;
     assert_eq!(run(nan, &adaptive([9, 9], 64)).film.sample_counts().max, 16);
 }
+
+/// However many samples are asked for, where time ends them the noisy half has got more.
+#[test]
+fn shares_are_made_long_before_the_last_sample() {
+    let monitor = Monitor::default();
+    let sample = |x: u32, y: u32, index, _: &mut RayCounts| {
+        if monitor.samples() > 64 * 64 * 200 {
+            monitor.cancel();
+        }
+        let amplitude = if x < 32 { 0.05 } else { 0.8 };
+        Vec3::splat(1.0 + amplitude * (uniform(index, y * 64 + x) - 0.5))
+    };
+    let open = Settings { time: Some(Duration::from_hours(1)), ..adaptive([64, 64], MAX_SAMPLES) };
+    let done = render_samples(&sample, &open, &monitor).expect("small");
+    assert_eq!(done.outcome, Outcome::Cancelled);
+    let [quiet, noisy] = [16, 48].map(|x| done.film.pixel(x, 32).taken());
+    assert!(noisy >= 4 * quiet && quiet >= 16, "{noisy} and {quiet}");
+}
+
+/// A single pixel has met the one bright path in 500 before its error is believed.
+#[test]
+fn a_few_pixels_do_not_stop_at_once() {
+    let rare =
+        |x, _, index, _: &mut RayCounts| Vec3::splat(if uniform(index, x) < 2e-3 { 20.0 } else { 1.0 });
+    let done = run(rare, &Settings { noise: 0.1, ..adaptive([1, 1], 65_536) });
+    assert_eq!(done.outcome, Outcome::NoiseReached);
+    assert!(done.film.pixel(0, 0).taken() >= 4096, "{}", done.film.pixel(0, 0).taken());
+}
