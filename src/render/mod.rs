@@ -120,8 +120,8 @@ where
             if let Some(outcome) = end {
                 return (outcome, noise);
             }
-            let pass = pass::Pass { origin: [x, y], schedule: &schedule };
-            let is_whole = !stop() && pass.run(&mut film, &mut work, sample, lamp, &stop, monitor, &mut rays);
+            let pass = pass::Pass { origin: [x, y], schedule: &schedule, monitor };
+            let is_whole = !stop() && pass.run(&mut film, &mut work, sample, lamp, &stop, &mut rays);
             if !is_whole {
                 let outcome = if monitor.is_cancelled() { Outcome::Cancelled } else { Outcome::TimeUp };
                 return (outcome, relative_error(&film));

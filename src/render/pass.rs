@@ -32,6 +32,7 @@ pub struct Pass<'a> {
     /// Where the film lies in the whole picture.
     pub origin: [u32; 2],
     pub schedule: &'a Schedule,
+    pub monitor: &'a Monitor,
 }
 
 /// How long a ray takes, beside one that meets a surface: the camera's often meet nothing, and what is behind is
@@ -61,7 +62,6 @@ impl Pass<'_> {
         sample: &S,
         lamp: Option<&L>,
         stop: &(impl Fn() -> bool + Sync),
-        monitor: &Monitor,
         total: &mut RayCounts,
     ) -> bool
     where
@@ -82,7 +82,7 @@ impl Pass<'_> {
             let done: Vec<Done> = part
                 .into_par_iter()
                 .with_max_len(1)
-                .map(|tile| self.run_tile(tile, width, sample, lamp, stop, monitor))
+                .map(|tile| self.run_tile(tile, width, sample, lamp, stop))
                 .collect();
             for Done { rays, paths, splats, is_cut } in done {
                 is_whole &= !is_cut;
@@ -108,7 +108,6 @@ impl Pass<'_> {
         sample: &S,
         lamp: Option<&L>,
         stop: &impl Fn() -> bool,
-        monitor: &Monitor,
     ) -> Done
     where
         S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3,
@@ -140,7 +139,7 @@ impl Pass<'_> {
                     }
                 }
             }
-            monitor.count(taken, &rays);
+            self.monitor.count(taken, &rays);
             add(&mut done.rays, rays);
         }
         done
