@@ -12,9 +12,6 @@ const LARGEST_BATCH: u32 = 16;
 /// Of the samples asked for, one in so many is taken before any allotment.
 const PILOT_PART: u32 = 4;
 
-/// Fewer say nothing about their spread.
-const LEAST_PILOT: u32 = 4;
-
 pub struct Schedule {
     samples: u32,
     /// Samples of each pixel that takes part in the next pass, before any allotment.
@@ -38,7 +35,7 @@ impl Schedule {
     pub fn new(settings: &Settings) -> Self {
         let pilot = settings.samples / PILOT_PART;
         // Where a threshold is given, it says when a pixel has enough.
-        let shared = settings.adaptive && settings.noise <= 0.0 && pilot >= LEAST_PILOT;
+        let shared = settings.shares_out() && settings.noise <= 0.0;
         Self { samples: settings.samples, batch: 0, level: 0, pilot: shared.then_some(pilot), shares: None }
     }
 
