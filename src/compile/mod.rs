@@ -17,6 +17,7 @@ use crate::{
     light::{Aim, Environment, Lights, SAMPLES_A_LAMP_PATH},
     material,
     render::{Bounces, Settings},
+    sampling::weave::Weave,
     texture::Textures,
     world::{Alpha, EnvironmentKind, Material, Mesh, Model, Surface, Texels, World},
 };
@@ -159,6 +160,7 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
         camera,
         filter: FilterTable::new(settings.filter),
         seed: settings.seed,
+        weave: if settings.shares_out() { Weave::NONE } else { Weave::of(settings.samples) },
         bounces: settings.bounces,
         stats,
     }

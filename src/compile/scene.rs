@@ -13,6 +13,7 @@ use crate::{
     light::{Aim, Lights},
     material::{self, Needs, SurfacePoint},
     render::Bounces,
+    sampling::weave::Weave,
     texture::Textures,
     world::{Material, MaterialId, Mesh, Surface},
 };
@@ -82,6 +83,8 @@ pub struct Scene {
     pub camera: Camera,
     pub filter: FilterTable,
     pub seed: u64,
+    /// How the points of neighbouring pixels go together.
+    pub weave: Weave,
     pub bounces: Bounces,
     pub stats: SceneStats,
 }

@@ -63,7 +63,7 @@ pub use caustics::{Splat, trace_lamp_path};
 
 /// The radiance along one camera ray through pixel (x, y): sample `index` of the pixel's sequence.
 pub fn sample_pixel(scene: &Scene, x: u32, y: u32, index: u32, counts: &mut RayCounts) -> Vec3 {
-    let sampler = PixelSampler::new(scene.seed, x, y, index);
+    let sampler = PixelSampler::woven(scene.seed, scene.weave, [x, y], index);
     let [fx, fy, lx, ly] = sampler.draw4(0);
     let offset = scene.filter.sample(Vec2::new(fx, fy));
     let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;

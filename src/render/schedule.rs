@@ -16,6 +16,7 @@
 use super::{
     Outcome, Settings,
     allotment::{Ask, allot},
+    settings::LEAST_SHARED,
 };
 use crate::film::{Film, Pixel};
 
@@ -24,9 +25,6 @@ const LARGEST_BATCH: u32 = 16;
 
 /// Of the samples asked for, one in so many is taken before any allotment.
 const PILOT_PART: u32 = 4;
-
-/// Fewer say nothing about their spread.
-const LEAST_PILOT: u32 = 4;
 
 /// The largest first stage where the end is open.
 const OPEN_PILOT: u32 = 16;
@@ -72,7 +70,7 @@ impl Schedule {
         let open = noise > 0.0 || time.is_some();
         let part = samples / PILOT_PART;
         let pilot = if open { part.min(OPEN_PILOT) } else { part };
-        let adaptive = adaptive && pilot >= LEAST_PILOT;
+        let adaptive = adaptive && samples >= LEAST_SHARED;
         let until = match adaptive {
             true => pilot,
             false if noise > 0.0 => samples.min(LEAST_SAMPLES),

@@ -66,6 +66,9 @@ pub struct Settings {
     pub bvh: Option<Quality>,
 }
 
+/// With fewer samples a pixel, each takes the same number.
+pub(super) const LEAST_SHARED: u32 = 16;
+
 impl Settings {
     /// x, y, width and height of what is rendered: the crop (as much of it as lies in the picture) or the whole.
     pub fn window(&self) -> [u32; 4] {
@@ -79,6 +82,11 @@ impl Settings {
     pub fn planned_samples(&self) -> u64 {
         let [.., width, height] = self.window();
         u64::from(width) * u64::from(height) * u64::from(self.samples)
+    }
+
+    /// Whether pixels may take different numbers of samples.
+    pub fn shares_out(&self) -> bool {
+        self.noise > 0.0 || self.adaptive && self.samples >= LEAST_SHARED
     }
 
     /// What is wrong with the settings as a whole, in words; empty where they can be rendered.

@@ -4,6 +4,7 @@ pub mod distribution;
 pub mod mis;
 pub mod sobol;
 pub mod warp;
+pub mod weave;
 
 #[cfg(test)]
 pub mod stats;

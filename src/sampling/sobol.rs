@@ -1,4 +1,5 @@
-//! Owen-scrambled Sobol′ points, four dimensions at a time, a pattern of its own for every pixel.
+//! Owen-scrambled Sobol′ points, four dimensions at a time, a pattern of its own for every pixel, or woven into those around
+//! ([`Weave`]).
 //!
 //! Sets of four dimensions are padded: each set shuffles the sample index and shifts its dimensions with a hash of
 //! (seed, pixel, set), so sets and pixels are independent of each other while each set on its own stays a
@@ -17,9 +18,11 @@
 
 use std::sync::LazyLock;
 
+use super::weave::Weave;
+
 /// Points in the table: 64 KB.
 const PERIOD: u32 = 1 << PERIOD_BITS;
-const PERIOD_BITS: u32 = 12;
+pub(super) const PERIOD_BITS: u32 = 12;
 
 /// Point i, as numerators over 2³², at the place of i's bits in reverse.
 static TABLE: LazyLock<Box<[[u32; 4]]>> = LazyLock::new(|| {
@@ -78,15 +81,24 @@ pub struct PixelSampler {
     pixel: u64,
     /// Of the pixel and the period.
     key: u64,
+    /// The pixel's first point.
+    first: u32,
     index: u32,
     /// Place in the table before any shuffle, in the uppermost bits.
     place: u32,
 }
 
 impl PixelSampler {
+    /// Of a pixel that has a sequence of its own.
     pub fn new(seed: u64, x: u32, y: u32, index: u32) -> Self {
+        Self::woven(seed, Weave::NONE, [x, y], index)
+    }
+
+    /// Of a pixel that may share its sequence with others.
+    pub fn woven(seed: u64, weave: Weave, [x, y]: [u32; 2], index: u32) -> Self {
+        let ([x, y], first) = weave.place(x, y);
         let pixel = mix(seed ^ mix((x as u64) << 32 | y as u64));
-        Self { table: &TABLE, pixel, key: 0, index: 0, place: 0 }.at(u64::from(index))
+        Self { table: &TABLE, pixel, key: 0, first, index: 0, place: 0 }.at(u64::from(index))
     }
 
     /// One of the `branches` that a path has from some vertex on. In the sets that only branches draw from, those of all samples
@@ -96,7 +108,8 @@ impl PixelSampler {
     }
 
     fn at(&self, index: u64) -> Self {
-        let (period, within) = (index / u64::from(PERIOD), (index % u64::from(PERIOD)) as u32);
+        let point = u64::from(self.first) + index;
+        let (period, within) = (point / u64::from(PERIOD), (point % u64::from(PERIOD)) as u32);
         let key = self.pixel ^ period.wrapping_mul(0x9fb2_1c65_1e98_df25);
         Self { key, index: index as u32, place: within.reverse_bits(), ..*self }
     }
