@@ -74,6 +74,11 @@ pub struct BsdfSample {
     pub kind: Kind,
 }
 
+/// Of glossy lobes, at most.
+const GLOSSY_ALPHA: f32 = 0.2;
+/// As wide.
+const GLOSSY_FUZZ: f32 = 0.4;
+
 /// All that a surface can be.
 #[derive(Clone, Debug)]
 pub enum Bsdf {
@@ -148,6 +153,17 @@ impl Bsdf {
         match self {
             Self::Diffuse(_) => true,
             Self::Pbr(lobe) => lobe.is_matte(),
+            _ => false,
+        }
+    }
+
+    /// One lobe about the mirror direction, narrow but not a delta: it scatters as densely from `wo` to `wi` as the other way, for
+    /// projected solid angles, nearly.
+    pub fn is_glossy(&self) -> bool {
+        match self {
+            Self::FuzzyMirror(lobe) => lobe.fuzz() <= GLOSSY_FUZZ,
+            Self::Conductor(lobe) => lobe.alpha() <= GLOSSY_ALPHA,
+            Self::Pbr(lobe) => lobe.is_metal() && lobe.alpha() <= GLOSSY_ALPHA,
             _ => false,
         }
     }

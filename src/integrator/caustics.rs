@@ -20,7 +20,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{RayCounts, SHADOW_EPSILON, meet, onward, same_side};
+use super::{RayCounts, SHADOW_EPSILON, Surface, meet, onward, same_side};
 use crate::{
     accel::Hit,
     bsdf::Bsdf,
@@ -55,6 +55,8 @@ pub struct Competition {
     ratio: Option<f32>,
     /// Scattering events so far.
     events: u32,
+    /// Whether the last of them focuses, so that a lamp may be next.
+    focused: bool,
 }
 
 impl Competition {
@@ -64,7 +66,7 @@ impl Competition {
             .aim
             .as_ref()
             .map(|_| 1.0 / (scene.camera.density(direction) * scene.filter.density(offset)));
-        Self { ratio, events: 0 }
+        Self { ratio, events: 0, focused: false }
     }
 
     /// The first surface, seen along `wo` from this distance.
@@ -73,26 +75,46 @@ impl Competition {
         self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|q| q * distance * distance / cos.abs());
     }
 
-    /// A surface further on that goes on by `eta`.
-    pub fn next(&mut self, bsdf: &Bsdf, eta: f32) {
+    /// A surface further on, which the path leaves along `wi`, by `eta`.
+    pub fn next(&mut self, scene: &Scene, surface: &Surface, wi: Vec3, eta: f32) {
         self.events += 1;
+        let Some(ratio) = self.ratio else { return };
+        let Surface { point, id, bsdf, wo, .. } = surface;
+        self.focused = !bsdf.is_matte();
         if self.events > LONGEST {
             self.rule_out(); // no path from a lamp is as long
-        } else if !bsdf.is_matte() {
-            self.ratio = self.ratio.filter(|_| bsdf.is_delta()).map(|r| r / (eta * eta));
+        } else if bsdf.is_glossy() {
+            let material = &scene.materials[id.index()];
+            if !material::scatters_both_ways(material, &scene.textures, point, [*wo, wi]) {
+                self.rule_out();
+            }
+        } else if self.focused {
+            self.ratio = bsdf.is_delta().then_some(ratio / (eta * eta));
         }
+    }
+
+    /// Whether a path from a lamp may have come this way so far.
+    pub fn is_open(&self) -> bool {
+        self.ratio.is_some()
     }
 
     pub fn rule_out(&mut self) {
         self.ratio = None;
     }
 
-    /// The weight of having met a lamp by way of a mirror-like surface.
-    pub fn weight(&self, scene: &Scene, emitter: Option<u32>, point: &SurfacePoint, wo: Vec3) -> f32 {
-        let (Some(ratio), Some(aim), Some(emitter)) = (self.ratio, &scene.aim, emitter) else { return 1.0 };
-        let pdf = aim.pdf(emitter, point.position, wo);
-        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf / wo.dot(point.ng).abs())
+    /// The share of the path from the camera that goes on to a lamp: its point, geometric normal, and the direction back. `bsdf_share`
+    /// is that of the last surface, 1 for a mirror.
+    pub fn weight(&self, scene: &Scene, emitter: u32, [point, ng, wo]: [Vec3; 3], bsdf_share: f32) -> f32 {
+        let (Some(ratio), Some(aim), true) = (self.ratio, &scene.aim, self.focused) else { return 1.0 };
+        let pdf = aim.pdf(emitter, point, wo);
+        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf * bsdf_share / wo.dot(ng).abs())
     }
+}
+
+/// Of the densities with which the last surface before a lamp finds it by its BSDF and by choosing it, the part that the former has
+/// in the root of the sum of their squares.
+pub fn bsdf_share(bsdf_pdf: f32, light_pdf: f32) -> f32 {
+    if bsdf_pdf > 0.0 { 1.0 / (light_pdf / bsdf_pdf).hypot(1.0) } else { 0.0 }
 }
 
 /// Traces one path from a lamp, number `index` of those that belong to pixel (x, y), and adds what it brings to any
@@ -142,16 +164,28 @@ pub fn trace_lamp_path(
             ratio *= scale;
             wi
         } else {
-            if event == 0 || !bsdf.is_matte() {
+            let is_matte = bsdf.is_matte();
+            if !is_matte && !bsdf.is_glossy() || is_matte && event == 0 {
                 return;
             }
             let arrival = Arrival { point: &point, id, towards_lamp: wo, flux, ratio };
-            let [l0, l1, ..] = sampler.draw4(3 + 2 * event);
-            arrival.show(scene, Vec2::new(l0, l1), &sampler, counts, splats);
+            if is_matte {
+                let [l0, l1, ..] = sampler.draw4(3 + 2 * event);
+                arrival.show(scene, Vec2::new(l0, l1), &sampler, counts, splats);
+            }
             let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { return };
             let wi = frame.to_world(sample.wi);
             let Some(scattered) = arrival.scattered(scene, wi) else { return };
-            let weight = scattered / sample.pdf;
+            if !is_matte {
+                if !material::scatters_both_ways(material, &scene.textures, &point, [wi, wo]) {
+                    return;
+                }
+                if event == 0 {
+                    let light_pdf = scene.lights.mis_pdf_surface(lamp.emitter, point.position, lamp.point);
+                    ratio *= bsdf_share(scattered.pdf, light_pdf);
+                }
+            }
+            let weight = scattered.share / sample.pdf;
             let survival = weight.max_element().clamp(LEAST_SURVIVAL, 1.0);
             if u_roulette >= survival {
                 return;
@@ -173,7 +207,15 @@ fn departing(scene: &Scene, lamp: &Departure) -> Ray {
     onward(&point, lamp.direction)
 }
 
-/// Flux at a matte surface.
+/// Of light from the lamp.
+struct Scattered {
+    /// BSDF × |cos|, sr⁻¹.
+    share: Vec3,
+    /// The solid-angle density with which a path from the camera would have gone on towards the lamp.
+    pdf: f32,
+}
+
+/// Flux at a matte or glossy surface.
 struct Arrival<'a> {
     point: &'a SurfacePoint,
     id: MaterialId,
@@ -186,7 +228,7 @@ struct Arrival<'a> {
 impl Arrival<'_> {
     /// BSDF × |cos| at `wi` for light that arrives from the lamp, by the interpolated normal where the path from the camera
     /// would count it and by the geometric one where flux is concerned (Veach 1997, section 5.3). `None` where there is none.
-    fn scattered(&self, scene: &Scene, wi: Vec3) -> Option<Vec3> {
+    fn scattered(&self, scene: &Scene, wi: Vec3) -> Option<Scattered> {
         let Self { point, id, towards_lamp, .. } = *self;
         let material = &scene.materials[id.index()];
         let (bsdf, frame): (Bsdf, Frame) = material::scattering(material, &scene.textures, point, wi, None);
@@ -196,8 +238,8 @@ impl Arrival<'_> {
         if reflects != ((out > 0.0) == (into > 0.0)) || into == 0.0 {
             return None;
         }
-        let (f, _) = bsdf.eval_pdf(seen_from, lit_from);
-        (f != Vec3::ZERO).then(|| f * (out / into).abs())
+        let (f, pdf) = bsdf.eval_pdf(seen_from, lit_from);
+        (f != Vec3::ZERO).then(|| Scattered { share: f * (out / into).abs(), pdf })
     }
 
     /// What the camera sees of it, in every pixel whose filter reaches there.
@@ -229,7 +271,7 @@ impl Arrival<'_> {
         if !self.is_visible(scene, &seen, sampler) {
             return;
         }
-        let brought = self.flux * scattered / cos.abs();
+        let brought = self.flux * scattered.share / cos.abs();
         // area density of the camera's paths here, but for the pixel's filter
         let density = seen.density * cos.abs() / (distance * distance);
         for y in pixels(low.y, high.y, top, height) {

@@ -57,6 +57,7 @@ struct Ball {
 /// A point of a lamp and a direction from there.
 #[derive(Clone, Copy, Debug)]
 pub struct Departure {
+    pub emitter: u32,
     pub object: u32,
     pub primitive: u32,
     pub point: Vec3,
@@ -70,18 +71,26 @@ pub struct Departure {
 }
 
 impl Aim {
-    /// Towards objects within balls (center and radius). `None` where no surface emits or nothing is to be aimed at.
-    pub fn new(emitters: &[Emitter], objects: &[(Vec3, f32)]) -> Option<Self> {
+    /// Towards sharply focusing and glossy objects within balls (center and radius). `None` where no surface emits or nothing is
+    /// to be aimed at.
+    pub fn new(emitters: &[Emitter], sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Option<Self> {
         let ball = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
-        let mut balls: Vec<Ball> = objects.iter().map(ball).collect();
-        balls.retain(|ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0);
+        let usable = |ball: &Ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0;
+        let [mut balls, glossy] =
+            [sharp, glossy].map(|all| all.iter().map(ball).filter(usable).collect::<Vec<Ball>>());
+        if balls.len() + glossy.len() <= MAX_BALLS {
+            balls.extend(glossy);
+        }
         if balls.len() > MAX_BALLS {
             let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
             let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
             balls = vec![ball(&(0.5 * (low + high), 0.5 * low.distance(high)))];
         }
-        let power = |emitter: &Emitter| match emitter {
-            Emitter::Surface { shape, power, .. } if shape.area() > 0.0 => *power,
+        // about what it sends to the balls
+        let weight = |emitter: &Emitter| match *emitter {
+            Emitter::Surface { shape, power, two_sided, .. } if shape.area() > 0.0 => {
+                power * solid_angle(&balls, shape.cluster(power, two_sided).center())
+            }
             _ => 0.0,
         };
         let source = |emitter: &Emitter| match *emitter {
@@ -90,7 +99,7 @@ impl Aim {
             }
             Emitter::Punctual(_) => None,
         };
-        let choice = Discrete::new(emitters.iter().map(power))?;
+        let choice = Discrete::new(emitters.iter().map(weight))?;
         let sources = emitters.iter().map(source).collect();
         (!balls.is_empty()).then_some(Self { choice, sources, balls })
     }
@@ -100,7 +109,7 @@ impl Aim {
         let chosen = self.choice.sample(u_lamp);
         let Source { object, primitive, shape, two_sided } = self.sources[chosen.index]?;
         let (point, normal, uv) = shape.sample_area(u_point);
-        let total = self.solid_angle(point);
+        let total = solid_angle(&self.balls, point);
         let mut left = u_ball * total;
         let mut cone = self.balls.first()?.seen_from(point);
         for ball in &self.balls {
@@ -114,6 +123,7 @@ impl Aim {
         let cos = direction.dot(normal);
         let pdf = chosen.probability / shape.area() * self.directions(point, direction);
         (pdf > 0.0 && pdf.is_finite() && (cos > 0.0 || two_sided && cos < 0.0)).then_some(Departure {
+            emitter: chosen.index as u32,
             object,
             primitive,
             point,
@@ -143,10 +153,11 @@ impl Aim {
         });
         holding as f32 / total
     }
+}
 
-    fn solid_angle(&self, point: Vec3) -> f32 {
-        self.balls.iter().map(|ball| ball.seen_from(point).solid_angle).sum()
-    }
+/// Of all of them together, seen from a point, sr.
+fn solid_angle(balls: &[Ball], point: Vec3) -> f32 {
+    balls.iter().map(|ball| ball.seen_from(point).solid_angle).sum()
 }
 
 impl Ball {
