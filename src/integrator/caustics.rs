@@ -51,8 +51,11 @@ const LEAST_SURVIVAL: f32 = 0.05;
 /// Whether a path that the camera started could have come from a lamp, and r but for what the lamp's end adds.
 #[derive(Clone, Copy)]
 pub struct Competition {
-    /// d₀² / (q cos θ₁) × ∏ η⁻²; `None` once some vertex rules it out.
+    /// d₀² / cos θ₁ × ∏ η⁻²; `None` once some vertex rules it out.
     ratio: Option<f32>,
+    /// At the camera: what q is found by.
+    direction: Vec3,
+    offset: Vec2,
     /// Scattering events so far.
     events: u32,
     /// Whether the last of them focuses, so that a lamp may be next.
@@ -62,17 +65,13 @@ pub struct Competition {
 impl Competition {
     /// At the camera. `offset` is that of the picture point from the middle of the pixel.
     pub fn new(scene: &Scene, direction: Vec3, offset: Vec2) -> Self {
-        let ratio = scene
-            .aim
-            .as_ref()
-            .map(|_| 1.0 / (scene.camera.density(direction) * scene.filter.density(offset)));
-        Self { ratio, events: 0, focused: false }
+        Self { ratio: scene.aim.as_ref().map(|_| 1.0), direction, offset, events: 0, focused: false }
     }
 
     /// The first surface, seen along `wo` from this distance.
     pub fn first(&mut self, bsdf: &Bsdf, distance: f32, cos: f32) {
         self.events = 1;
-        self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|q| q * distance * distance / cos.abs());
+        self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|_| distance * distance / cos.abs());
     }
 
     /// A surface further on, which the path leaves along `wi`, by `eta`.
@@ -106,8 +105,9 @@ impl Competition {
     /// is that of the last surface, 1 for a mirror.
     pub fn weight(&self, scene: &Scene, emitter: u32, [point, ng, wo]: [Vec3; 3], bsdf_share: f32) -> f32 {
         let (Some(ratio), Some(aim), true) = (self.ratio, &scene.aim, self.focused) else { return 1.0 };
-        let pdf = aim.pdf(emitter, point, wo);
-        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf * bsdf_share / wo.dot(ng).abs())
+        let q = scene.camera.density(self.direction) * scene.filter.density(self.offset);
+        let pdf = aim.pdf(emitter, point, ng, wo);
+        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf * bsdf_share / (q * wo.dot(ng).abs()))
     }
 }
 

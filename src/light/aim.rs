@@ -12,12 +12,12 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::{Shape, lights::Emitter};
+use super::{Shape, lights::Emitter, sphere::Sphere};
 use crate::{
     geometry::Frame,
     sampling::{
         distribution::{Discrete, ONE_MINUS_EPSILON},
-        warp::{uniform_cone, uniform_sphere},
+        warp::{concentric_disk, uniform_cone, uniform_sphere},
     },
 };
 
@@ -28,12 +28,24 @@ pub const SAMPLES_A_LAMP_PATH: u32 = 4;
 /// More objects than this are taken together as one ball: a cone's share is found by looking at all.
 const MAX_BALLS: usize = 64;
 
+/// Solid angle towards a ball made larger by the radius of a round lamp, over that of the ball, at most: else paths start at points
+/// of the lamp, half of which face away.
+const MOST_WASTE: f32 = 2.0;
+
+/// Directions towards glossy objects for each towards mirrors and glass.
+const GLOSSY_WEIGHT: f32 = 0.25;
+
+/// Of all light what goes to glossy objects where every path starts: where it is less, as many fewer do.
+const FULL_SHARE: f32 = 0.01;
+
 /// A ball of this many times the radius still holds its object after rounding.
 const MARGIN: f32 = 1.0001;
 
 /// Emissive surfaces, and the balls around what focuses their light.
 #[derive(Clone, Debug)]
 pub struct Aim {
+    /// The probability that a path starts at all.
+    effort: f32,
     /// By emitter.
     choice: Discrete,
     sources: Vec<Option<Source>>,
@@ -46,12 +58,16 @@ struct Source {
     primitive: u32,
     shape: Shape,
     two_sided: bool,
+    /// A small round lamp aims from its middle: what its balls weigh together, made larger by its own radius.
+    middle: Option<(Sphere, f32)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Ball {
     center: Vec3,
     radius: f32,
+    /// Of its directions among others.
+    weight: f32,
 }
 
 /// A point of a lamp and a direction from there.
@@ -74,54 +90,53 @@ impl Aim {
     /// Towards sharply focusing and glossy objects within balls (center and radius). `None` where no surface emits or nothing is
     /// to be aimed at.
     pub fn new(emitters: &[Emitter], sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Option<Self> {
-        let ball = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
-        let usable = |ball: &Ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0;
-        let [mut balls, glossy] =
-            [sharp, glossy].map(|all| all.iter().map(ball).filter(usable).collect::<Vec<Ball>>());
-        if balls.len() + glossy.len() <= MAX_BALLS {
-            balls.extend(glossy);
-        }
-        if balls.len() > MAX_BALLS {
-            let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
-            let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
-            balls = vec![ball(&(0.5 * (low + high), 0.5 * low.distance(high)))];
-        }
-        // about what it sends to the balls
-        let weight = |emitter: &Emitter| match *emitter {
-            Emitter::Surface { shape, power, two_sided, .. } if shape.area() > 0.0 => {
-                power * solid_angle(&balls, shape.cluster(power, two_sided).center())
-            }
-            _ => 0.0,
-        };
+        let balls = balls(sharp, glossy);
         let source = |emitter: &Emitter| match *emitter {
-            Emitter::Surface { object, primitive, shape, two_sided, .. } => {
-                Some(Source { object, primitive, shape, two_sided })
+            Emitter::Surface { object, primitive, shape, power, two_sided } if shape.area() > 0.0 => {
+                let center = shape.cluster(power, two_sided).center();
+                let seen = weigh(&balls, center, 0.0);
+                let middle = match shape {
+                    Shape::Sphere(sphere) => Some((sphere, weigh(&balls, center, sphere.radius)))
+                        .filter(|m| m.1 <= MOST_WASTE * seen),
+                    _ => None,
+                };
+                (power, seen, Some(Source { object, primitive, shape, two_sided, middle }))
             }
-            Emitter::Punctual(_) => None,
+            _ => (0.0, 0.0, None),
         };
-        let choice = Discrete::new(emitters.iter().map(weight))?;
-        let sources = emitters.iter().map(source).collect();
-        (!balls.is_empty()).then_some(Self { choice, sources, balls })
+        let sources: Vec<(f32, f32, Option<Source>)> = emitters.iter().map(source).collect();
+        let choice = Discrete::new(sources.iter().map(|(power, seen, _)| power * seen))?;
+        let power = sources.iter().map(|(power, ..)| f64::from(*power)).sum::<f64>();
+        let share = choice.total() / (power * f64::from(4.0 * PI));
+        let effort = if sharp.is_empty() { (share as f32 / FULL_SHARE).min(1.0) } else { 1.0 };
+        let sources = sources.into_iter().map(|(.., source)| source).collect();
+        (effort > 0.0).then_some(Self { effort, choice, sources, balls })
     }
 
-    /// `None` where the light would have to leave the back of a surface that does not shine there.
+    /// `None` where no path is to start, or the light would have to leave the back of a surface that does not shine there.
     pub fn sample(&self, [u_lamp, u_ball]: [f32; 2], u_point: Vec2, u: Vec2) -> Option<Departure> {
-        let chosen = self.choice.sample(u_lamp);
-        let Source { object, primitive, shape, two_sided } = self.sources[chosen.index]?;
-        let (point, normal, uv) = shape.sample_area(u_point);
-        let total = solid_angle(&self.balls, point);
-        let mut left = u_ball * total;
-        let mut cone = self.balls.first()?.seen_from(point);
-        for ball in &self.balls {
-            cone = ball.seen_from(point);
-            if left < cone.solid_angle {
-                break;
-            }
-            left -= cone.solid_angle;
+        if u_lamp >= self.effort {
+            return None;
         }
-        let direction = cone.sample(u);
+        let chosen = self.choice.sample((u_lamp / self.effort).min(ONE_MINUS_EPSILON));
+        let source = self.sources[chosen.index].as_ref()?;
+        let Source { object, primitive, shape, two_sided, middle } = *source;
+        let (point, normal, uv, direction) = match middle {
+            Some((Sphere { center, radius }, total)) => {
+                let direction = self.draw(center, radius, total, u_ball, u)?;
+                let across = concentric_disk(u_point);
+                let facing = across.extend((1.0 - across.length_squared()).max(0.0).sqrt());
+                let normal = Frame::from_z(direction).to_world(facing).normalize();
+                (center + radius * normal, normal, Vec2::ZERO, direction)
+            }
+            None => {
+                let (point, normal, uv) = shape.sample_area(u_point);
+                let direction = self.draw(point, 0.0, weigh(&self.balls, point, 0.0), u_ball, u)?;
+                (point, normal, uv, direction)
+            }
+        };
         let cos = direction.dot(normal);
-        let pdf = chosen.probability / shape.area() * self.directions(point, direction);
+        let pdf = self.effort * chosen.probability * self.density(source, point, normal, direction);
         (pdf > 0.0 && pdf.is_finite() && (cos > 0.0 || two_sided && cos < 0.0)).then_some(Departure {
             emitter: chosen.index as u32,
             object,
@@ -135,42 +150,93 @@ impl Aim {
     }
 
     /// The density with which [`sample`](Self::sample) draws this point of an emitter and this direction, m⁻² sr⁻¹.
-    pub fn pdf(&self, emitter: u32, point: Vec3, direction: Vec3) -> f32 {
+    pub fn pdf(&self, emitter: u32, point: Vec3, normal: Vec3, direction: Vec3) -> f32 {
         match self.sources.get(emitter as usize) {
             Some(Some(source)) => {
-                let pdf = self.choice.probability(emitter as usize) / source.shape.area()
-                    * self.directions(point, direction);
+                let probability = self.effort * self.choice.probability(emitter as usize);
+                let pdf = probability * self.density(source, point, normal, direction);
                 if pdf.is_finite() { pdf } else { 0.0 }
             }
             _ => 0.0,
         }
     }
 
-    fn directions(&self, point: Vec3, direction: Vec3) -> f32 {
-        let (holding, total) = self.balls.iter().fold((0, 0.0), |(holding, total), ball| {
-            let cone = ball.seen_from(point);
-            (holding + u32::from(cone.holds(direction)), total + cone.solid_angle)
-        });
-        holding as f32 / total
+    /// Of a point of this lamp and a direction, m⁻² sr⁻¹.
+    fn density(&self, source: &Source, point: Vec3, normal: Vec3, direction: Vec3) -> f32 {
+        let holding = |from: Vec3, extra: f32| {
+            let balls = self.balls.iter().filter(|ball| ball.holds(from, extra, direction));
+            balls.map(|ball| ball.weight).sum::<f32>()
+        };
+        match source.middle {
+            Some((Sphere { center, radius }, total)) => {
+                let facing = normal.dot(direction).max(0.0) / (PI * radius * radius);
+                facing * holding(center, radius) / total
+            }
+            None => holding(point, 0.0) / (weigh(&self.balls, point, 0.0) * source.shape.area()),
+        }
+    }
+
+    /// A direction towards one of the balls, made larger by `extra`, which weigh `total` together.
+    fn draw(&self, from: Vec3, extra: f32, total: f32, u_ball: f32, u: Vec2) -> Option<Vec3> {
+        let mut left = u_ball * total;
+        let mut cone = None;
+        for ball in &self.balls {
+            let seen = ball.seen_from(from, extra);
+            let weight = ball.weight * seen.solid_angle;
+            cone = Some(seen);
+            if left < weight {
+                break;
+            }
+            left -= weight;
+        }
+        cone.map(|cone| cone.sample(u))
     }
 }
 
-/// Of all of them together, seen from a point, sr.
-fn solid_angle(balls: &[Ball], point: Vec3) -> f32 {
-    balls.iter().map(|ball| ball.seen_from(point).solid_angle).sum()
+/// All that is aimed at.
+fn balls(sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Vec<Ball> {
+    let around = |&(center, radius): &(Vec3, f32), weight| Ball { center, radius: MARGIN * radius, weight };
+    let usable = |ball: &Ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0;
+    let all = |objects: &[(Vec3, f32)], weight| -> Vec<Ball> {
+        objects.iter().map(|object| around(object, weight)).filter(usable).collect()
+    };
+    let glossy_weight = if sharp.is_empty() { 1.0 } else { GLOSSY_WEIGHT };
+    let (mut balls, glossy) = (all(sharp, 1.0), all(glossy, glossy_weight));
+    if balls.len() + glossy.len() <= MAX_BALLS {
+        balls.extend(glossy);
+    } else if balls.len() > MAX_BALLS {
+        let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
+        let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
+        balls = vec![around(&(0.5 * (low + high), 0.5 * low.distance(high)), 1.0)];
+    }
+    balls
+}
+
+/// Solid angles times weights of all balls, made larger by `extra`, seen from a point.
+fn weigh(balls: &[Ball], from: Vec3, extra: f32) -> f32 {
+    balls.iter().map(|ball| ball.weight * ball.seen_from(from, extra).solid_angle).sum()
 }
 
 impl Ball {
-    fn seen_from(&self, point: Vec3) -> Cone {
+    fn seen_from(&self, point: Vec3, extra: f32) -> Cone {
         let to_center = self.center - point;
-        let distance = to_center.length();
-        if distance <= self.radius {
+        let (distance, radius) = (to_center.length(), self.radius + extra);
+        if distance <= radius {
             return Cone { axis: Vec3::Y, height: 2.0, solid_angle: 4.0 * PI };
         }
-        let sin = self.radius / distance;
+        let sin = radius / distance;
         let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
         let height = sin * sin / (1.0 + cos);
         Cone { axis: to_center / distance, height, solid_angle: TAU * height }
+    }
+
+    /// Whether a direction is one of that cone.
+    fn holds(&self, point: Vec3, extra: f32, direction: Vec3) -> bool {
+        let to_center = self.center - point;
+        let radius = self.radius + extra;
+        let along = to_center.dot(direction);
+        let past = if along > 0.0 { to_center - along * direction } else { to_center };
+        past.length_squared() <= radius * radius
     }
 }
 
@@ -188,10 +254,5 @@ impl Cone {
             return uniform_sphere(u);
         }
         Frame::from_z(self.axis).to_world(uniform_cone(u, self.height)).normalize()
-    }
-
-    /// (1 − cos θ is half the squared chord: it keeps its digits for thin cones.)
-    fn holds(&self, direction: Vec3) -> bool {
-        0.5 * direction.distance_squared(self.axis) <= self.height * (1.0 + 1e-5)
     }
 }
