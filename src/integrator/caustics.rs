@@ -74,19 +74,20 @@ impl Competition {
         self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|_| distance * distance / cos.abs());
     }
 
-    /// A surface further on, which the path leaves along `wi`, by `eta`.
-    pub fn next(&mut self, scene: &Scene, surface: &Surface, wi: Vec3, eta: f32) {
+    /// A surface further on, which the path leaves along `wi`, by `eta`. `pdf` is the density with which its BSDF does that.
+    pub fn next(&mut self, scene: &Scene, surface: &Surface, wi: Vec3, pdf: f32, eta: f32) {
         self.events += 1;
         let Some(ratio) = self.ratio else { return };
-        let Surface { point, id, bsdf, wo, .. } = surface;
+        let Surface { point, id, bsdf, frame, wo, local_wo, .. } = surface;
         self.focused = !bsdf.is_matte();
         if self.events > LONGEST {
             self.rule_out(); // no path from a lamp is as long
         } else if bsdf.is_glossy() {
             let material = &scene.materials[id.index()];
-            if !material::scatters_both_ways(material, &scene.textures, point, [*wo, wi]) {
-                self.rule_out();
-            }
+            let both_ways = material::scatters_both_ways(material, &scene.textures, point, [*wo, wi]);
+            let (_, back) = bsdf.eval_pdf(frame.to_local(wi), *local_wo);
+            let of_pdfs = symmetry([back, pdf], [*wo, wi], point.ng);
+            self.ratio = (both_ways && back > 0.0).then_some(ratio * of_pdfs);
         } else if self.focused {
             self.ratio = bsdf.is_delta().then_some(ratio / (eta * eta));
         }
@@ -105,10 +106,19 @@ impl Competition {
     /// is that of the last surface, 1 for a mirror.
     pub fn weight(&self, scene: &Scene, emitter: u32, [point, ng, wo]: [Vec3; 3], bsdf_share: f32) -> f32 {
         let (Some(ratio), Some(aim), true) = (self.ratio, &scene.aim, self.focused) else { return 1.0 };
-        let q = scene.camera.density(self.direction) * scene.filter.density(self.offset);
         let pdf = aim.pdf(emitter, point, ng, wo);
+        if pdf <= 0.0 {
+            return 1.0;
+        }
+        let q = scene.camera.density(self.direction) * scene.filter.density(self.offset);
         power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf * bsdf_share / (q * wo.dot(ng).abs()))
     }
+}
+
+/// Density over projected solid angle of going from the lamp's side to the camera's, over that of the other way, by densities
+/// over solid angle of both ways, and the directions they end in.
+fn symmetry([back, ahead]: [f32; 2], [to_camera, to_lamp]: [Vec3; 2], ng: Vec3) -> f32 {
+    back / ahead * (to_lamp.dot(ng) / to_camera.dot(ng)).abs()
 }
 
 /// Of the densities with which the last surface before a lamp finds it by its BSDF and by choosing it, the part that the former has
@@ -180,6 +190,7 @@ pub fn trace_lamp_path(
                 if !material::scatters_both_ways(material, &scene.textures, &point, [wi, wo]) {
                     return;
                 }
+                ratio *= symmetry([sample.pdf, scattered.pdf], [wi, wo], point.ng);
                 if event == 0 {
                     let light_pdf = scene.lights.mis_pdf_surface(lamp.emitter, point.position, lamp.point);
                     ratio *= bsdf_share(scattered.pdf, light_pdf);

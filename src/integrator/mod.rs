@@ -279,7 +279,7 @@ impl Path {
         if index == 0 {
             self.competition.first(bsdf, point.position.distance(self.arrival.from), wo.dot(point.ng));
         } else {
-            self.competition.next(scene, surface, wi, sample.eta);
+            self.competition.next(scene, surface, wi, sample.pdf, sample.eta);
         }
         self.bounces.count(sample.kind);
         if let (Some((id, absorption)), Kind::Transmission) = (*boundary, sample.kind) {
@@ -337,7 +337,7 @@ impl Path {
             return 1.0;
         }
         let mut competition = self.competition;
-        competition.next(scene, surface, light.wi, 1.0);
+        competition.next(scene, surface, light.wi, bsdf_pdf, 1.0);
         let Some(emitter) = scene.objects[object as usize].emitter(primitive) else { return 1.0 };
         let place = [point, normal, -light.wi];
         competition.weight(scene, emitter, place, bsdf_share(bsdf_pdf, light.mis_pdf))

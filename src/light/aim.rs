@@ -32,11 +32,11 @@ const MAX_BALLS: usize = 64;
 /// of the lamp, half of which face away.
 const MOST_WASTE: f32 = 2.0;
 
-/// Directions towards glossy objects for each towards mirrors and glass.
-const GLOSSY_WEIGHT: f32 = 0.25;
-
-/// Of all light what goes to glossy objects where every path starts: where it is less, as many fewer do.
-const FULL_SHARE: f32 = 0.01;
+/// Of all light what goes to glossy objects where every path starts: where it is less, as many fewer do, since what they bring is
+/// as much less of the picture.
+const FULL_SHARE: f32 = 0.1;
+/// Fewer paths than this share are not worth weighing anything against them.
+const LEAST_EFFORT: f32 = 0.02;
 
 /// A ball of this many times the radius still holds its object after rounding.
 const MARGIN: f32 = 1.0001;
@@ -58,7 +58,7 @@ struct Source {
     primitive: u32,
     shape: Shape,
     two_sided: bool,
-    /// A small round lamp aims from its middle: what its balls weigh together, made larger by its own radius.
+    /// A small round lamp aims from its middle: the solid angle of all balls made larger by its own radius.
     middle: Option<(Sphere, f32)>,
 }
 
@@ -66,8 +66,6 @@ struct Source {
 struct Ball {
     center: Vec3,
     radius: f32,
-    /// Of its directions among others.
-    weight: f32,
 }
 
 /// A point of a lamp and a direction from there.
@@ -94,9 +92,9 @@ impl Aim {
         let source = |emitter: &Emitter| match *emitter {
             Emitter::Surface { object, primitive, shape, power, two_sided } if shape.area() > 0.0 => {
                 let center = shape.cluster(power, two_sided).center();
-                let seen = weigh(&balls, center, 0.0);
+                let seen = solid_angle(&balls, center, 0.0);
                 let middle = match shape {
-                    Shape::Sphere(sphere) => Some((sphere, weigh(&balls, center, sphere.radius)))
+                    Shape::Sphere(sphere) => Some((sphere, solid_angle(&balls, center, sphere.radius)))
                         .filter(|m| m.1 <= MOST_WASTE * seen),
                     _ => None,
                 };
@@ -110,7 +108,7 @@ impl Aim {
         let share = choice.total() / (power * f64::from(4.0 * PI));
         let effort = if sharp.is_empty() { (share as f32 / FULL_SHARE).min(1.0) } else { 1.0 };
         let sources = sources.into_iter().map(|(.., source)| source).collect();
-        (effort > 0.0).then_some(Self { effort, choice, sources, balls })
+        (effort >= LEAST_EFFORT).then_some(Self { effort, choice, sources, balls })
     }
 
     /// `None` where no path is to start, or the light would have to leave the back of a surface that does not shine there.
@@ -131,7 +129,7 @@ impl Aim {
             }
             None => {
                 let (point, normal, uv) = shape.sample_area(u_point);
-                let direction = self.draw(point, 0.0, weigh(&self.balls, point, 0.0), u_ball, u)?;
+                let direction = self.draw(point, 0.0, solid_angle(&self.balls, point, 0.0), u_ball, u)?;
                 (point, normal, uv, direction)
             }
         };
@@ -163,31 +161,29 @@ impl Aim {
 
     /// Of a point of this lamp and a direction, m⁻² sr⁻¹.
     fn density(&self, source: &Source, point: Vec3, normal: Vec3, direction: Vec3) -> f32 {
-        let holding = |from: Vec3, extra: f32| {
-            let balls = self.balls.iter().filter(|ball| ball.holds(from, extra, direction));
-            balls.map(|ball| ball.weight).sum::<f32>()
-        };
+        let holding =
+            |from, extra| self.balls.iter().filter(|ball| ball.holds(from, extra, direction)).count() as f32;
         match source.middle {
             Some((Sphere { center, radius }, total)) => {
                 let facing = normal.dot(direction).max(0.0) / (PI * radius * radius);
                 facing * holding(center, radius) / total
             }
-            None => holding(point, 0.0) / (weigh(&self.balls, point, 0.0) * source.shape.area()),
+            None => holding(point, 0.0) / (solid_angle(&self.balls, point, 0.0) * source.shape.area()),
         }
     }
 
-    /// A direction towards one of the balls, made larger by `extra`, which weigh `total` together.
+    /// A direction towards one of the balls, made larger by `extra`, which have this solid angle together.
     fn draw(&self, from: Vec3, extra: f32, total: f32, u_ball: f32, u: Vec2) -> Option<Vec3> {
         let mut left = u_ball * total;
         let mut cone = None;
         for ball in &self.balls {
             let seen = ball.seen_from(from, extra);
-            let weight = ball.weight * seen.solid_angle;
+            let solid_angle = seen.solid_angle;
             cone = Some(seen);
-            if left < weight {
+            if left < solid_angle {
                 break;
             }
-            left -= weight;
+            left -= solid_angle;
         }
         cone.map(|cone| cone.sample(u))
     }
@@ -195,26 +191,23 @@ impl Aim {
 
 /// All that is aimed at.
 fn balls(sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Vec<Ball> {
-    let around = |&(center, radius): &(Vec3, f32), weight| Ball { center, radius: MARGIN * radius, weight };
+    let around = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
     let usable = |ball: &Ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0;
-    let all = |objects: &[(Vec3, f32)], weight| -> Vec<Ball> {
-        objects.iter().map(|object| around(object, weight)).filter(usable).collect()
-    };
-    let glossy_weight = if sharp.is_empty() { 1.0 } else { GLOSSY_WEIGHT };
-    let (mut balls, glossy) = (all(sharp, 1.0), all(glossy, glossy_weight));
+    let [mut balls, glossy] =
+        [sharp, glossy].map(|objects| objects.iter().map(around).filter(usable).collect::<Vec<Ball>>());
     if balls.len() + glossy.len() <= MAX_BALLS {
         balls.extend(glossy);
     } else if balls.len() > MAX_BALLS {
         let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
         let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
-        balls = vec![around(&(0.5 * (low + high), 0.5 * low.distance(high)), 1.0)];
+        balls = vec![around(&(0.5 * (low + high), 0.5 * low.distance(high)))];
     }
     balls
 }
 
-/// Solid angles times weights of all balls, made larger by `extra`, seen from a point.
-fn weigh(balls: &[Ball], from: Vec3, extra: f32) -> f32 {
-    balls.iter().map(|ball| ball.weight * ball.seen_from(from, extra).solid_angle).sum()
+/// Of all balls together, made larger by `extra`, seen from a point, sr.
+fn solid_angle(balls: &[Ball], from: Vec3, extra: f32) -> f32 {
+    balls.iter().map(|ball| ball.seen_from(from, extra).solid_angle).sum()
 }
 
 impl Ball {
@@ -254,5 +247,62 @@ impl Cone {
             return uniform_sphere(u);
         }
         Frame::from_z(self.axis).to_world(uniform_cone(u, self.height)).normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::stats::r3;
+
+    /// Two balls, one half behind the other.
+    const BALLS: [(Vec3, f32); 2] = [(Vec3::new(2.0, 0.0, 0.0), 0.4), (Vec3::new(3.0, 0.5, 0.2), 0.6)];
+
+    fn lamp(shape: Shape) -> Emitter {
+        Emitter::Surface { object: 0, primitive: 0, shape, power: 1.0, two_sided: false }
+    }
+
+    fn round(radius: f32) -> Emitter {
+        lamp(Shape::Sphere(Sphere { center: Vec3::ZERO, radius }))
+    }
+
+    /// ∫ |cos| over points and directions that lead to the first ball, by what is drawn, with the densities that are told.
+    fn extent(aim: &Aim) -> f32 {
+        let n = 1 << 16;
+        let sum: f32 = (0..n)
+            .filter_map(|i| {
+                let ([a, b, c], [d, e, _]) = (r3(i), r3(i + (1 << 20)));
+                let path =
+                    aim.sample([(a + d).fract(), b], Vec2::new(c, d), Vec2::new(e, (a + e).fract()))?;
+                let Departure { emitter, point, normal, direction, pdf, .. } = path;
+                let told = aim.pdf(emitter, point, normal, direction);
+                assert!((told - pdf).abs() <= 1e-4 * pdf, "drawn with {pdf}, told {told}");
+                let hits = Ball { center: BALLS[0].0, radius: BALLS[0].1 }.holds(point, 0.0, direction);
+                hits.then(|| normal.dot(direction) / pdf)
+            })
+            .sum();
+        sum / n as f32
+    }
+
+    #[test]
+    fn from_the_middle_as_from_the_points_of_a_round_lamp() {
+        let aim = Aim::new(&[round(0.1)], &BALLS, &[]).expect("a lamp and balls");
+        let mut from_points = aim.clone();
+        for source in from_points.sources.iter_mut().flatten() {
+            assert!(source.middle.take().is_some());
+        }
+        let [a, b] = [&aim, &from_points].map(extent);
+        assert!((a / b - 1.0).abs() < 0.02, "{a} and {b}");
+    }
+
+    #[test]
+    fn effort_goes_by_the_light_that_glossy_objects_get() {
+        let far = [(Vec3::new(1.9, 0.0, 0.0), 0.4)];
+        let aim = Aim::new(&[round(0.1)], &[], &far).expect("enough light");
+        assert!((0.05..0.2).contains(&aim.effort), "{}", aim.effort);
+        let sharp = Aim::new(&[round(0.1)], &far, &[]).expect("a mirror");
+        assert_eq!(sharp.effort, 1.0);
+        assert!((extent(&aim) / extent(&sharp) - 1.0).abs() < 0.1);
+        assert!(Aim::new(&[round(0.1)], &[], &[(Vec3::new(10.0, 0.0, 0.0), 0.4)]).is_none());
     }
 }
