@@ -253,7 +253,7 @@ impl Cone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::stats::r3;
+    use crate::sampling::stats::uniform;
 
     /// Two balls, one half behind the other.
     const BALLS: [(Vec3, f32); 2] = [(Vec3::new(2.0, 0.0, 0.0), 0.4), (Vec3::new(3.0, 0.5, 0.2), 0.6)];
@@ -271,9 +271,8 @@ mod tests {
         let n = 1 << 16;
         let sum: f32 = (0..n)
             .filter_map(|i| {
-                let ([a, b, c], [d, e, _]) = (r3(i), r3(i + (1 << 20)));
-                let path =
-                    aim.sample([(a + d).fract(), b], Vec2::new(c, d), Vec2::new(e, (a + e).fract()))?;
+                let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|dimension| uniform(i, dimension));
+                let path = aim.sample([a, b], Vec2::new(c, d), Vec2::new(e, f))?;
                 let Departure { emitter, point, normal, direction, pdf, .. } = path;
                 let told = aim.pdf(emitter, point, normal, direction);
                 assert!((told - pdf).abs() <= 1e-4 * pdf, "drawn with {pdf}, told {told}");
