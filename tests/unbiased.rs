@@ -224,8 +224,8 @@ fn lamps_behind_a_pane() {
     let fuzzy = r#"{ type = "metal", color = [0.9, 0.8, 0.7], fuzz = 0.4 }"#;
     let pane = r#"
 [[quad]]
-origin = [0, 1, -1]
-u = [1.5, 0, 0]
+origin = [-1.5, 1.15, -1]
+u = [3, 0, 0]
 v = [0, 0, 3]
 material = "pane"
 "#;
