@@ -1,19 +1,23 @@
-//! Caustics from the lamp's side: paths that start at an emissive surface, are focused by mirrors and smooth glass, and
+//! Caustics from the lamp's side: paths that start at an emissive surface, are focused by mirrors, smooth glass and metal, and
 //! are seen on the matte surface where they arrive, or where that scatters them next.
 //!
 //! A path from the camera finds such light only where a diffuse bounce happens to go into the glass just so that it ends
 //! at the lamp. Both ways are weighed against each other (Veach 1997, chapter 10). Of all paths only those compete
-//! whose vertices are matte or mirror-like, the first from the camera matte, the last before the lamp mirror-like; no other
+//! whose vertices are matte, mirror-like or glossy, the first from the camera matte, the last before the lamp not; no other
 //! starts at the lamp. With `x₀ x₁ … x_k` from the lens to the lamp, densities over area, and matte vertices
-//! taken to scatter by the cosine both ways, everything between cancels but refractive indices, and the ratio of the two densities is
+//! taken to scatter by the cosine both ways, everything between cancels but refractive indices and what is not alike both ways at
+//! glossy vertices, and the ratio of the two densities is
 //!
 //! ```text
-//! r = N π p(x_k, ω) d₀² / (q cos θ₁ cos θ_k) × ∏ η⁻²        weight of the path from the camera: 1 / (1 + r²)
+//! r = N π p(x_k, ω) d₀² / (q cos θ₁ cos θ_k) × ∏ η⁻² ∏ s        weight of the path from the camera: 1 / (1 + r²)
 //! ```
 //!
 //! p being the density of [`Aim`](crate::light::Aim), q that of picture points and directions at the camera, d₀ and θ₁ of the first
 //! edge, θ_k of the last at the lamp, η the refractive index towards the lamp over that towards the camera of each refraction,
-//! and N the number of paths from lamps for each path through the pixel. The cosines of matte vertices are an
+//! s the density over projected solid angle of a glossy vertex towards the camera over that towards the lamp (1 for GGX but for masking),
+//! and N the number of paths from lamps for each path through the pixel. A glossy vertex may also choose the lamp, as the last before it: then
+//! r counts p_b / √(p_b² + p_n²) times, with its densities of finding the lamp by its BSDF (p_b) and by choice (p_n), and both of
+//! these have the weight 1 / (1 + r²) beside that which weighs them against each other. The cosines of matte vertices are an
 //! approximation of what they do, but the same one on both sides: the weights of a path add up to 1, whatever r.
 
 use std::f32::consts::PI;

@@ -1,12 +1,16 @@
-//! Light sent on purpose towards what focuses it: from a point of a lamp in a direction in which a mirror or a lens lies.
+//! Light sent on purpose towards what focuses it: from a point of a lamp in a direction in which a mirror, a lens or metal lies.
 //!
 //! Behind glass, or in a mirror, a lamp cannot be chosen by the surface that it lights; only chance finds it there, and what
 //! it finds rarely is bright. Paths that start at the lamp find it easily, if they start towards the glass: uniformly in the cones under which
-//! the point of the lamp sees the balls around such objects, every cone with a share of its solid angle.
+//! the point of the lamp sees the balls around such objects, every cone with a share of its solid angle. Lamps are chosen by power
+//! times the solid angle of all cones.
 //!
 //! ```text
 //! p(x, ω) = P(lamp) / area × (cones that hold ω) / (sum of the cones' solid angles)
 //! ```
+//!
+//! A round lamp that is small beside the balls takes the cones of its middle towards balls larger by its radius R, then a point of the side that
+//! faces the direction, by the cosine: cos θ / (π R²) in place of 1 / area.
 
 use std::f32::consts::{PI, TAU};
 
