@@ -176,6 +176,66 @@ fn samples_where_the_noise_is() {
     }
 }
 
+/// Lamps of two sizes: one aims from its middle, one from its points.
+const TWO: &str = r#"
+[[sphere]]
+center = [0.1, 1.5, 0.6]
+radius = 0.12
+material = "lamp"
+[[quad]]
+origin = [-1.2, 2.2, -0.8]
+u = [0.8, 0, 0]
+v = [0, 0, 1.6]
+material = "lamp"
+"#;
+
+/// The room with these materials in place of glass and mirror.
+fn metals(glass: &str, mirror: &str, lamp: &str) -> String {
+    room(lamp, "")
+        .replace(r#"{ type = "dielectric", ior = 1.5 }"#, glass)
+        .replace(r#"{ type = "metal", color = [0.9, 0.8, 0.7], fuzz = 0.0 }"#, mirror)
+}
+
+#[test]
+fn lamps_above_rough_metals() {
+    let metal = r#"{ type = "metal", color = [0.9, 0.7, 0.5], roughness = 0.32 }"#;
+    let rougher = r#"{ type = "metal", color = [0.9, 0.8, 0.7], roughness = 0.56, multiscatter = false }"#;
+    check("metals", &metals(metal, rougher, TWO), BOX);
+}
+
+#[test]
+fn from_rough_metal_to_a_mirror_wall_and_back() {
+    let metal = r#"{ type = "pbr", base_color = [0.9, 0.7, 0.5], metallic = 1, roughness = 0.3 }"#;
+    let mirror = r#"{ type = "metal", color = [0.9, 0.8, 0.7], fuzz = 0.0 }"#;
+    let wall = r#"
+[[quad]]
+origin = [1.5, 0, -1]
+u = [0, 0, 3]
+v = [0, 2.5, 0]
+material = "mirror"
+"#;
+    check("chain", &metals(metal, mirror, &format!("{TWO}{wall}")), BOX);
+}
+
+/// Paths from lamps end at the pane; from metal lamps are chosen through it.
+#[test]
+fn lamps_behind_a_pane() {
+    let metal = r#"{ type = "metal", color = [0.9, 0.7, 0.5], roughness = 0.4 }"#;
+    let fuzzy = r#"{ type = "metal", color = [0.9, 0.8, 0.7], fuzz = 0.4 }"#;
+    let pane = r#"
+[[quad]]
+origin = [-1.5, 1.15, -1]
+u = [3, 0, 0]
+v = [0, 0, 3]
+material = "pane"
+"#;
+    let text = metals(metal, fuzzy, &format!("{TWO}{pane}")).replace(
+        "[materials]",
+        "[materials]\npane = { type = \"pbr\", base_color = [1, 1, 1], roughness = 0, transmission = 1 }",
+    );
+    check("pane", &text, BOX);
+}
+
 /// Where the sky is most of the light two paths go on from the first surface.
 #[test]
 fn two_paths_from_what_the_sky_lights() {

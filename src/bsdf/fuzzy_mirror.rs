@@ -49,6 +49,10 @@ impl FuzzyMirror {
         }
     }
 
+    pub fn fuzz(&self) -> f32 {
+        self.fuzz
+    }
+
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         let pdf = self.pdf(wo, wi);
         (self.tint * pdf, pdf)

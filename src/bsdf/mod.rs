@@ -74,6 +74,12 @@ pub struct BsdfSample {
     pub kind: Kind,
 }
 
+/// Of glossy lobes, at most: at 0.45 paths from lamps are worth but a fifth more than they cost in a room with two metal balls, at 0.1
+/// five times as much.
+const GLOSSY_ALPHA: f32 = 0.4;
+/// A ball's samples lie as near the mirror direction as those of facets half as wide.
+const GLOSSY_FUZZ: f32 = 0.8;
+
 /// All that a surface can be.
 #[derive(Clone, Debug)]
 pub enum Bsdf {
@@ -148,6 +154,16 @@ impl Bsdf {
         match self {
             Self::Diffuse(_) => true,
             Self::Pbr(lobe) => lobe.is_matte(),
+            _ => false,
+        }
+    }
+
+    /// One lobe about the mirror direction, narrow but not a delta.
+    pub fn is_glossy(&self) -> bool {
+        match self {
+            Self::FuzzyMirror(lobe) => lobe.fuzz() <= GLOSSY_FUZZ,
+            Self::Conductor(lobe) => lobe.alpha() <= GLOSSY_ALPHA,
+            Self::Pbr(lobe) => lobe.is_metal() && !lobe.is_matte() && lobe.alpha() <= GLOSSY_ALPHA,
             _ => false,
         }
     }

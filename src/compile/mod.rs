@@ -15,7 +15,7 @@ use crate::{
     accel::{self, Accel, Blas, Build, Quality, Shape},
     camera::{Camera, FilterTable},
     light::{Aim, Environment, Lights, SAMPLES_A_LAMP_PATH},
-    material,
+    material::{self, Focus},
     render::{Bounces, Settings},
     sampling::weave::Weave,
     texture::Textures,
@@ -111,13 +111,11 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
     };
     let start = Instant::now();
     let shapes: Vec<accel::Object> = objects.par_iter().map(shape).collect();
-    let focuses: Vec<bool> = model.materials.iter().map(|m| material::focuses(m, &textures)).collect();
-    let focusing: Vec<(Vec3, f32)> = objects
-        .iter()
-        .zip(&shapes)
-        .filter(|(object, _)| object.materials.iter().any(|m| focuses[m.index()]))
-        .filter_map(|(_, object)| object.shape.ball(&blases))
-        .collect();
+    let focus: Vec<Focus> = model.materials.iter().map(|m| material::focus(m, &textures)).collect();
+    let [sharp, rough] = [Focus::Sharp, Focus::Glossy].map(|kind| {
+        let focusing = objects.iter().zip(&shapes).filter(|(o, _)| best_focus(o, &focus) == kind);
+        focusing.filter_map(|(_, object)| object.shape.ball(&blases)).collect::<Vec<(Vec3, f32)>>()
+    });
     let accel = Accel::build(blases, shapes);
     let bvh_seconds = tree_seconds + start.elapsed().as_secs_f64();
 
@@ -145,7 +143,7 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
     let Bounces { total, diffuse, glossy, transmission } = settings.bounces;
     // Paths from lamps do not know which of a material's lobes a path from the camera would have taken.
     let aims = camera.connects() && diffuse.min(glossy).min(transmission) >= total;
-    let aim = aims.then(|| Aim::new(&emitters, &focusing)).flatten();
+    let aim = aims.then(|| Aim::new(&emitters, &sharp, &rough)).flatten();
     Scene {
         lights: Lights::new(&emitters, environment),
         aim,
@@ -164,6 +162,12 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
         bounces: settings.bounces,
         stats,
     }
+}
+
+/// Of the object's materials that which focuses best.
+fn best_focus(object: &Object, focus: &[Focus]) -> Focus {
+    let all = object.materials.iter().filter_map(|m| focus.get(m.index()));
+    all.copied().max().unwrap_or(Focus::None)
 }
 
 /// `trees`, and those of the meshes that have none yet.

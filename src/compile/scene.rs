@@ -157,16 +157,16 @@ impl Scene {
     }
 
     /// The share of light that passes a hit on its way along `ray` without being scattered: beside the surface where it
-    /// does not cover all, or through it where it is a smooth wall without thickness.
-    pub fn passed(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+    /// does not cover all, and through it where it is a smooth wall without thickness.
+    pub fn passed(&self, ray: &Ray, hit: &Hit) -> (f32, Vec3) {
         let hidden = self.coverage(ray, hit, false);
         let material = self.material(hit);
         if hidden == 0.0 || !material::is_wall(material) {
-            return Vec3::splat(1.0 - hidden);
+            return (1.0 - hidden, Vec3::ZERO);
         }
         let point = self.surface_point(ray, hit);
         let wo = -ray.direction.normalize_or_zero();
-        Vec3::splat(1.0 - hidden) + hidden * material::passed_straight(material, &self.textures, &point, wo)
+        (1.0 - hidden, hidden * material::passed_straight(material, &self.textures, &point, wo))
     }
 
     /// Radiance that an emitting surface sends from a point with these coordinates, in a direction of this cosine with

@@ -1,26 +1,30 @@
-//! Caustics from the lamp's side: paths that start at an emissive surface, are focused by mirrors and smooth glass, and
+//! Caustics from the lamp's side: paths that start at an emissive surface, are focused by mirrors, smooth glass and metal, and
 //! are seen on the matte surface where they arrive, or where that scatters them next.
 //!
 //! A path from the camera finds such light only where a diffuse bounce happens to go into the glass just so that it ends
 //! at the lamp. Both ways are weighed against each other (Veach 1997, chapter 10). Of all paths only those compete
-//! whose vertices are matte or mirror-like, the first from the camera matte, the last before the lamp mirror-like; no other
+//! whose vertices are matte, mirror-like or glossy, the first from the camera matte, the last before the lamp not; no other
 //! starts at the lamp. With `x₀ x₁ … x_k` from the lens to the lamp, densities over area, and matte vertices
-//! taken to scatter by the cosine both ways, everything between cancels but refractive indices, and the ratio of the two densities is
+//! taken to scatter by the cosine both ways, everything between cancels but refractive indices and what is not alike both ways at
+//! glossy vertices, and the ratio of the two densities is
 //!
 //! ```text
-//! r = N π p(x_k, ω) d₀² / (q cos θ₁ cos θ_k) × ∏ η⁻²        weight of the path from the camera: 1 / (1 + r²)
+//! r = N π p(x_k, ω) d₀² / (q cos θ₁ cos θ_k) × ∏ η⁻² ∏ s        weight of the path from the camera: 1 / (1 + r²)
 //! ```
 //!
 //! p being the density of [`Aim`](crate::light::Aim), q that of picture points and directions at the camera, d₀ and θ₁ of the first
 //! edge, θ_k of the last at the lamp, η the refractive index towards the lamp over that towards the camera of each refraction,
-//! and N the number of paths from lamps for each path through the pixel. The cosines of matte vertices are an
+//! s the density over projected solid angle of a glossy vertex towards the camera over that towards the lamp (1 for GGX but for masking),
+//! and N the number of paths from lamps for each path through the pixel. A glossy vertex may also choose the lamp, as the last before it: then
+//! r counts p_b / √(p_b² + p_n²) times, with its densities of finding the lamp by its BSDF (p_b) and by choice (p_n), and both of
+//! these have the weight 1 / (1 + r²) beside that which weighs them against each other. The cosines of matte vertices are an
 //! approximation of what they do, but the same one on both sides: the weights of a path add up to 1, whatever r.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{RayCounts, SHADOW_EPSILON, meet, onward, same_side};
+use super::{RayCounts, SHADOW_EPSILON, Surface, meet, onward, same_side};
 use crate::{
     accel::Hit,
     bsdf::Bsdf,
@@ -51,48 +55,80 @@ const LEAST_SURVIVAL: f32 = 0.05;
 /// Whether a path that the camera started could have come from a lamp, and r but for what the lamp's end adds.
 #[derive(Clone, Copy)]
 pub struct Competition {
-    /// d₀² / (q cos θ₁) × ∏ η⁻²; `None` once some vertex rules it out.
+    /// d₀² / cos θ₁ × ∏ η⁻²; `None` once some vertex rules it out.
     ratio: Option<f32>,
+    /// At the camera: what q is found by.
+    direction: Vec3,
+    offset: Vec2,
     /// Scattering events so far.
     events: u32,
+    /// Whether the last of them focuses, so that a lamp may be next.
+    focused: bool,
 }
 
 impl Competition {
     /// At the camera. `offset` is that of the picture point from the middle of the pixel.
     pub fn new(scene: &Scene, direction: Vec3, offset: Vec2) -> Self {
-        let ratio = scene
-            .aim
-            .as_ref()
-            .map(|_| 1.0 / (scene.camera.density(direction) * scene.filter.density(offset)));
-        Self { ratio, events: 0 }
+        Self { ratio: scene.aim.as_ref().map(|_| 1.0), direction, offset, events: 0, focused: false }
     }
 
     /// The first surface, seen along `wo` from this distance.
     pub fn first(&mut self, bsdf: &Bsdf, distance: f32, cos: f32) {
         self.events = 1;
-        self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|q| q * distance * distance / cos.abs());
+        self.ratio = self.ratio.filter(|_| bsdf.is_matte()).map(|_| distance * distance / cos.abs());
     }
 
-    /// A surface further on that goes on by `eta`.
-    pub fn next(&mut self, bsdf: &Bsdf, eta: f32) {
+    /// A surface further on, which the path leaves along `wi`, by `eta`. `pdf` is the density with which its BSDF does that.
+    pub fn next(&mut self, scene: &Scene, surface: &Surface, wi: Vec3, pdf: f32, eta: f32) {
         self.events += 1;
+        let Some(ratio) = self.ratio else { return };
+        let Surface { point, id, bsdf, frame, wo, local_wo, .. } = surface;
+        self.focused = !bsdf.is_matte();
         if self.events > LONGEST {
             self.rule_out(); // no path from a lamp is as long
-        } else if !bsdf.is_matte() {
-            self.ratio = self.ratio.filter(|_| bsdf.is_delta()).map(|r| r / (eta * eta));
+        } else if bsdf.is_glossy() {
+            let material = &scene.materials[id.index()];
+            let both_ways = material::scatters_both_ways(material, &scene.textures, point, [*wo, wi]);
+            let (_, back) = bsdf.eval_pdf(frame.to_local(wi), *local_wo);
+            let of_pdfs = symmetry([back, pdf], [*wo, wi], point.ng);
+            self.ratio = (both_ways && back > 0.0).then_some(ratio * of_pdfs);
+        } else if self.focused {
+            self.ratio = bsdf.is_delta().then_some(ratio / (eta * eta));
         }
+    }
+
+    /// Whether a path from a lamp may have come this way so far.
+    pub fn is_open(&self) -> bool {
+        self.ratio.is_some()
     }
 
     pub fn rule_out(&mut self) {
         self.ratio = None;
     }
 
-    /// The weight of having met a lamp by way of a mirror-like surface.
-    pub fn weight(&self, scene: &Scene, emitter: Option<u32>, point: &SurfacePoint, wo: Vec3) -> f32 {
-        let (Some(ratio), Some(aim), Some(emitter)) = (self.ratio, &scene.aim, emitter) else { return 1.0 };
-        let pdf = aim.pdf(emitter, point.position, wo);
-        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf / wo.dot(point.ng).abs())
+    /// The share of the path from the camera that goes on to a lamp: its point, geometric normal, and the direction back. `bsdf_share`
+    /// is that of the last surface, 1 for a mirror.
+    pub fn weight(&self, scene: &Scene, emitter: u32, [point, ng, wo]: [Vec3; 3], bsdf_share: f32) -> f32 {
+        let (Some(ratio), Some(aim), true) = (self.ratio, &scene.aim, self.focused) else { return 1.0 };
+        let pdf = aim.pdf(emitter, point, ng, wo);
+        if pdf <= 0.0 {
+            return 1.0;
+        }
+        let q = scene.camera.density(self.direction) * scene.filter.density(self.offset);
+        power_heuristic(1.0, scene.lamp_paths * PI * ratio * pdf * bsdf_share / (q * wo.dot(ng).abs()))
     }
+}
+
+/// Density over projected solid angle of going from the lamp's side to the camera's, over that of the other way, by densities
+/// over solid angle of both ways, and the directions they end in.
+fn symmetry([back, ahead]: [f32; 2], [to_camera, to_lamp]: [Vec3; 2], ng: Vec3) -> f32 {
+    back / ahead * (to_lamp.dot(ng) / to_camera.dot(ng)).abs()
+}
+
+/// Of the densities with which the last surface before a lamp finds it by its BSDF and by choosing it, the part that the former has
+/// in the root of the sum of their squares.
+pub fn bsdf_share(bsdf_pdf: f32, light_pdf: f32) -> f32 {
+    if bsdf_pdf > 0.0 { 1.0 / (light_pdf / bsdf_pdf).hypot(1.0) } else { 0.0 }
 }
 
 /// Traces one path from a lamp, number `index` of those that belong to pixel (x, y), and adds what it brings to any
@@ -142,16 +178,29 @@ pub fn trace_lamp_path(
             ratio *= scale;
             wi
         } else {
-            if event == 0 || !bsdf.is_matte() {
+            let is_matte = bsdf.is_matte();
+            if !is_matte && !bsdf.is_glossy() || is_matte && event == 0 {
                 return;
             }
             let arrival = Arrival { point: &point, id, towards_lamp: wo, flux, ratio };
-            let [l0, l1, ..] = sampler.draw4(3 + 2 * event);
-            arrival.show(scene, Vec2::new(l0, l1), &sampler, counts, splats);
+            if is_matte {
+                let [l0, l1, ..] = sampler.draw4(3 + 2 * event);
+                arrival.show(scene, Vec2::new(l0, l1), &sampler, counts, splats);
+            }
             let Some(sample) = bsdf.sample(local_wo, Vec2::new(u, v), u_lobe) else { return };
             let wi = frame.to_world(sample.wi);
             let Some(scattered) = arrival.scattered(scene, wi) else { return };
-            let weight = scattered / sample.pdf;
+            if !is_matte {
+                if !material::scatters_both_ways(material, &scene.textures, &point, [wi, wo]) {
+                    return;
+                }
+                ratio *= symmetry([sample.pdf, scattered.pdf], [wi, wo], point.ng);
+                if event == 0 {
+                    let light_pdf = scene.lights.mis_pdf_surface(lamp.emitter, point.position, lamp.point);
+                    ratio *= bsdf_share(scattered.pdf, light_pdf);
+                }
+            }
+            let weight = scattered.share / sample.pdf;
             let survival = weight.max_element().clamp(LEAST_SURVIVAL, 1.0);
             if u_roulette >= survival {
                 return;
@@ -173,7 +222,15 @@ fn departing(scene: &Scene, lamp: &Departure) -> Ray {
     onward(&point, lamp.direction)
 }
 
-/// Flux at a matte surface.
+/// Of light from the lamp.
+struct Scattered {
+    /// BSDF × |cos|, sr⁻¹.
+    share: Vec3,
+    /// The solid-angle density with which a path from the camera would have gone on towards the lamp.
+    pdf: f32,
+}
+
+/// Flux at a matte or glossy surface.
 struct Arrival<'a> {
     point: &'a SurfacePoint,
     id: MaterialId,
@@ -186,7 +243,7 @@ struct Arrival<'a> {
 impl Arrival<'_> {
     /// BSDF × |cos| at `wi` for light that arrives from the lamp, by the interpolated normal where the path from the camera
     /// would count it and by the geometric one where flux is concerned (Veach 1997, section 5.3). `None` where there is none.
-    fn scattered(&self, scene: &Scene, wi: Vec3) -> Option<Vec3> {
+    fn scattered(&self, scene: &Scene, wi: Vec3) -> Option<Scattered> {
         let Self { point, id, towards_lamp, .. } = *self;
         let material = &scene.materials[id.index()];
         let (bsdf, frame): (Bsdf, Frame) = material::scattering(material, &scene.textures, point, wi, None);
@@ -196,8 +253,8 @@ impl Arrival<'_> {
         if reflects != ((out > 0.0) == (into > 0.0)) || into == 0.0 {
             return None;
         }
-        let (f, _) = bsdf.eval_pdf(seen_from, lit_from);
-        (f != Vec3::ZERO).then(|| f * (out / into).abs())
+        let (f, pdf) = bsdf.eval_pdf(seen_from, lit_from);
+        (f != Vec3::ZERO).then(|| Scattered { share: f * (out / into).abs(), pdf })
     }
 
     /// What the camera sees of it, in every pixel whose filter reaches there.
@@ -229,7 +286,7 @@ impl Arrival<'_> {
         if !self.is_visible(scene, &seen, sampler) {
             return;
         }
-        let brought = self.flux * scattered / cos.abs();
+        let brought = self.flux * scattered.share / cos.abs();
         // area density of the camera's paths here, but for the pixel's filter
         let density = seen.density * cos.abs() / (distance * distance);
         for y in pixels(low.y, high.y, top, height) {

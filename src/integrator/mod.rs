@@ -21,7 +21,7 @@ mod wavelength;
 
 use glam::{Vec2, Vec3};
 
-use self::caustics::Competition;
+use self::caustics::{Competition, bsdf_share};
 use self::media::{Media, beer};
 use crate::{
     accel::Hit,
@@ -31,6 +31,7 @@ use crate::{
     light::{LightSample, Receiver, Source},
     material::{self, SurfacePoint},
     sampling::{mis::power_heuristic, sobol::PixelSampler},
+    world::MaterialId,
 };
 
 /// Rays cast, by what they were for.
@@ -98,6 +99,7 @@ struct Path {
 /// A surface on the path that scatters light.
 struct Surface {
     point: SurfacePoint,
+    id: MaterialId,
     bsdf: Bsdf,
     frame: Frame,
     wo: Vec3,
@@ -200,14 +202,8 @@ impl Path {
                 self.radiance += self.throughput * color;
                 return None;
             }
-            let found = emitted(scene, &hit, &point, wo, &self.arrival);
-            if found != Vec3::ZERO {
-                let weight = match self.arrival.pdf {
-                    None if !first => self.competition.weight(scene, scene.emitter(&hit), &point, wo),
-                    _ => 1.0,
-                };
-                self.radiance += self.throughput * found * weight;
-            }
+            let found = emitted(scene, &hit, &point, wo, &self.arrival, &self.competition);
+            self.radiance += self.throughput * found;
             if self.bounces.exhausted(scene) {
                 // Light that needs no more scattering may still be behind walls.
                 self.throughput *= material::passed_straight(material, &scene.textures, &point, wo);
@@ -223,7 +219,7 @@ impl Path {
             }
             let (bsdf, frame) = material::scattering(material, &scene.textures, &point, wo, self.wavelength);
             let (local_wo, is_wall) = (frame.to_local(wo), material::is_wall(material));
-            return Some(Surface { point, bsdf, frame, wo, local_wo, boundary, is_wall });
+            return Some(Surface { point, id, bsdf, frame, wo, local_wo, boundary, is_wall });
         }
     }
 
@@ -252,10 +248,10 @@ impl Path {
         sampler: &PixelSampler,
         counts: &mut RayCounts,
     ) -> bool {
-        let Surface { point, bsdf, frame, wo, local_wo, boundary, is_wall } = surface;
+        let Surface { point, bsdf, frame, wo, local_wo, boundary, is_wall, .. } = surface;
         let index = self.index;
         if !bsdf.is_delta() {
-            let light = direct_light(scene, surface, &self.media, sampler.draw4(2 + 2 * index), counts);
+            let light = self.direct_light(scene, surface, sampler.draw4(2 + 2 * index), counts);
             self.radiance += self.throughput * light;
         }
         let [u_lobe, u, v, u_roulette] = sampler.draw4(1 + 2 * index);
@@ -283,7 +279,7 @@ impl Path {
         if index == 0 {
             self.competition.first(bsdf, point.position.distance(self.arrival.from), wo.dot(point.ng));
         } else {
-            self.competition.next(bsdf, sample.eta);
+            self.competition.next(scene, surface, wi, sample.pdf, sample.eta);
         }
         self.bounces.count(sample.kind);
         if let (Some((id, absorption)), Kind::Transmission) = (*boundary, sample.kind) {
@@ -292,6 +288,59 @@ impl Path {
         self.arrival = Arrival { from: point.position, pdf: (!sample.delta).then_some(sample.pdf) };
         self.set_out(point, wi, counts);
         true
+    }
+
+    /// Light from one light chosen on purpose, scattered towards `wo`.
+    fn direct_light(
+        &self,
+        scene: &Scene,
+        surface: &Surface,
+        [u_select, u, v, _]: [f32; 4],
+        counts: &mut RayCounts,
+    ) -> Vec3 {
+        let Surface { point, local_wo, .. } = surface;
+        let chosen = scene.lights.sample(point.position, &surface.receiver(scene), u_select, Vec2::new(u, v));
+        let Some(light) = chosen else { return Vec3::ZERO };
+        let local_wi = surface.frame.to_local(light.wi);
+        let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
+        if reflects != ((surface.wo.dot(point.ng) > 0.0) == (light.wi.dot(point.ng) > 0.0)) {
+            return Vec3::ZERO;
+        }
+        let (f, bsdf_pdf) = surface.bsdf.eval_pdf(*local_wo, local_wi);
+        if f == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let radiance = light_radiance(scene, &light);
+        if radiance == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        counts.shadow += 1;
+        let (clear, through_walls) = transmittance(scene, &shadow_ray(point, &light));
+        let weight = if light.delta { 1.0 } else { power_heuristic(light.mis_pdf, bsdf_pdf) };
+        // no path from a lamp passes a wall
+        let visible = if clear > 0.0 {
+            clear * self.share_of_choice(scene, surface, &light, bsdf_pdf) + through_walls
+        } else {
+            through_walls
+        };
+        let direct = f * radiance * visible * (weight / light.pdf);
+        if self.media.is_empty() && surface.boundary.is_none() {
+            return direct;
+        }
+        direct * surface.faded(self.media, &light, reflects)
+    }
+
+    /// What paths from lamps leave to the choice of this light.
+    fn share_of_choice(&self, scene: &Scene, surface: &Surface, light: &LightSample, bsdf_pdf: f32) -> f32 {
+        let Source::Surface { object, primitive, point, normal, .. } = light.source else { return 1.0 };
+        if self.index == 0 || !self.competition.is_open() || !surface.bsdf.is_glossy() {
+            return 1.0;
+        }
+        let mut competition = self.competition;
+        competition.next(scene, surface, light.wi, bsdf_pdf, 1.0);
+        let Some(emitter) = scene.objects[object as usize].emitter(primitive) else { return 1.0 };
+        let place = [point, normal, -light.wi];
+        competition.weight(scene, emitter, place, bsdf_share(bsdf_pdf, light.mis_pdf))
     }
 }
 
@@ -336,52 +385,29 @@ fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Ve
 }
 
 /// What the surface a ray met sends back along it.
-fn emitted(scene: &Scene, hit: &Hit, point: &SurfacePoint, wo: Vec3, arrival: &Arrival) -> Vec3 {
+fn emitted(
+    scene: &Scene,
+    hit: &Hit,
+    point: &SurfacePoint,
+    wo: Vec3,
+    arrival: &Arrival,
+    competition: &Competition,
+) -> Vec3 {
     let radiance = scene.emission(hit, &point.uvs, wo.dot(point.ng));
     if radiance == Vec3::ZERO {
         return Vec3::ZERO;
     }
-    match (arrival.pdf, scene.emitter(hit)) {
-        (Some(pdf), Some(emitter)) => {
+    let Some(emitter) = scene.emitter(hit) else { return radiance };
+    let place = [point.position, point.ng, wo];
+    let weight = match arrival.pdf {
+        Some(pdf) => {
             let light_pdf = scene.lights.mis_pdf_surface(emitter, arrival.from, point.position);
-            power_heuristic(pdf, light_pdf) * radiance
+            power_heuristic(pdf, light_pdf)
+                * competition.weight(scene, emitter, place, bsdf_share(pdf, light_pdf))
         }
-        _ => radiance,
-    }
-}
-
-/// Light from one light chosen on purpose, scattered towards `wo`. `media` are those that the path is in, on the side of `wo`.
-fn direct_light(
-    scene: &Scene,
-    surface: &Surface,
-    media: &Media,
-    [u_select, u, v, _]: [f32; 4],
-    counts: &mut RayCounts,
-) -> Vec3 {
-    let Surface { point, local_wo, .. } = surface;
-    let chosen = scene.lights.sample(point.position, &surface.receiver(scene), u_select, Vec2::new(u, v));
-    let Some(light) = chosen else { return Vec3::ZERO };
-    let local_wi = surface.frame.to_local(light.wi);
-    let reflects = (local_wo.z > 0.0) == (local_wi.z > 0.0);
-    if reflects != ((surface.wo.dot(point.ng) > 0.0) == (light.wi.dot(point.ng) > 0.0)) {
-        return Vec3::ZERO;
-    }
-    let (f, bsdf_pdf) = surface.bsdf.eval_pdf(*local_wo, local_wi);
-    if f == Vec3::ZERO {
-        return Vec3::ZERO;
-    }
-    let radiance = light_radiance(scene, &light);
-    if radiance == Vec3::ZERO {
-        return Vec3::ZERO;
-    }
-    counts.shadow += 1;
-    let visible = transmittance(scene, &shadow_ray(point, &light));
-    let weight = if light.delta { 1.0 } else { power_heuristic(light.mis_pdf, bsdf_pdf) };
-    let direct = f * radiance * visible * (weight / light.pdf);
-    if media.is_empty() && surface.boundary.is_none() {
-        return direct;
-    }
-    direct * surface.faded(*media, &light, reflects)
+        None => competition.weight(scene, emitter, place, 1.0),
+    };
+    weight * radiance
 }
 
 impl Surface {
@@ -424,15 +450,17 @@ fn shadow_ray(point: &SurfacePoint, light: &LightSample) -> Ray {
     }
 }
 
-/// The share of light that reaches the end of the ray: 0 behind opaque surfaces, the product of what the others on the
-/// way let pass.
-fn transmittance(scene: &Scene, ray: &Ray) -> Vec3 {
-    let mut open = Vec3::ONE;
+/// The shares of light that reach the end of the ray without and with passing walls: 0 behind opaque surfaces, products of
+/// what the others on the way let pass.
+fn transmittance(scene: &Scene, ray: &Ray) -> (f32, Vec3) {
+    let (mut clear, mut open) = (1.0, Vec3::ONE);
     let occluded = scene.accel.occluded_where(ray, |hit| {
-        open *= scene.passed(ray, hit);
+        let (beside, straight) = scene.passed(ray, hit);
+        clear *= beside;
+        open *= beside + straight;
         open == Vec3::ZERO
     });
-    if occluded { Vec3::ZERO } else { open }
+    if occluded { (0.0, Vec3::ZERO) } else { (clear, open - clear) }
 }
 
 /// Interpolated and mapped normals let a BSDF point through the surface; that light is lost, not leaked.

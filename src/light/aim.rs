@@ -1,23 +1,27 @@
-//! Light sent on purpose towards what focuses it: from a point of a lamp in a direction in which a mirror or a lens lies.
+//! Light sent on purpose towards what focuses it: from a point of a lamp in a direction in which a mirror, a lens or metal lies.
 //!
 //! Behind glass, or in a mirror, a lamp cannot be chosen by the surface that it lights; only chance finds it there, and what
 //! it finds rarely is bright. Paths that start at the lamp find it easily, if they start towards the glass: uniformly in the cones under which
-//! the point of the lamp sees the balls around such objects, every cone with a share of its solid angle.
+//! the point of the lamp sees the balls around such objects, every cone with a share of its solid angle. Lamps are chosen by power
+//! times the solid angle of all cones.
 //!
 //! ```text
 //! p(x, ω) = P(lamp) / area × (cones that hold ω) / (sum of the cones' solid angles)
 //! ```
+//!
+//! A round lamp that is small beside the balls takes the cones of its middle towards balls larger by its radius R, then a point of the side that
+//! faces the direction, by the cosine: cos θ / (π R²) in place of 1 / area.
 
 use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::{Shape, lights::Emitter};
+use super::{Shape, lights::Emitter, sphere::Sphere};
 use crate::{
     geometry::Frame,
     sampling::{
         distribution::{Discrete, ONE_MINUS_EPSILON},
-        warp::{uniform_cone, uniform_sphere},
+        warp::{concentric_disk, uniform_cone, uniform_sphere},
     },
 };
 
@@ -28,12 +32,24 @@ pub const SAMPLES_A_LAMP_PATH: u32 = 4;
 /// More objects than this are taken together as one ball: a cone's share is found by looking at all.
 const MAX_BALLS: usize = 64;
 
+/// Solid angle towards a ball made larger by the radius of a round lamp, over that of the ball, at most: else paths start at points
+/// of the lamp, half of which face away.
+const MOST_WASTE: f32 = 2.0;
+
+/// Of all light what goes to glossy objects where every path starts: where it is less, as many fewer do, since what they bring is
+/// as much less of the picture.
+const FULL_SHARE: f32 = 0.1;
+/// Fewer paths than this share are not worth weighing anything against them.
+const LEAST_EFFORT: f32 = 0.02;
+
 /// A ball of this many times the radius still holds its object after rounding.
 const MARGIN: f32 = 1.0001;
 
 /// Emissive surfaces, and the balls around what focuses their light.
 #[derive(Clone, Debug)]
 pub struct Aim {
+    /// The probability that a path starts at all.
+    effort: f32,
     /// By emitter.
     choice: Discrete,
     sources: Vec<Option<Source>>,
@@ -46,6 +62,8 @@ struct Source {
     primitive: u32,
     shape: Shape,
     two_sided: bool,
+    /// A small round lamp aims from its middle: the solid angle of all balls made larger by its own radius.
+    middle: Option<(Sphere, f32)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +75,7 @@ struct Ball {
 /// A point of a lamp and a direction from there.
 #[derive(Clone, Copy, Debug)]
 pub struct Departure {
+    pub emitter: u32,
     pub object: u32,
     pub primitive: u32,
     pub point: Vec3,
@@ -70,50 +89,58 @@ pub struct Departure {
 }
 
 impl Aim {
-    /// Towards objects within balls (center and radius). `None` where no surface emits or nothing is to be aimed at.
-    pub fn new(emitters: &[Emitter], objects: &[(Vec3, f32)]) -> Option<Self> {
-        let ball = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
-        let mut balls: Vec<Ball> = objects.iter().map(ball).collect();
-        balls.retain(|ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0);
-        if balls.len() > MAX_BALLS {
-            let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
-            let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
-            balls = vec![ball(&(0.5 * (low + high), 0.5 * low.distance(high)))];
-        }
-        let power = |emitter: &Emitter| match emitter {
-            Emitter::Surface { shape, power, .. } if shape.area() > 0.0 => *power,
-            _ => 0.0,
-        };
+    /// Towards sharply focusing and glossy objects within balls (center and radius). `None` where no surface emits or nothing is
+    /// to be aimed at.
+    pub fn new(emitters: &[Emitter], sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Option<Self> {
+        let balls = balls(sharp, glossy);
         let source = |emitter: &Emitter| match *emitter {
-            Emitter::Surface { object, primitive, shape, two_sided, .. } => {
-                Some(Source { object, primitive, shape, two_sided })
+            Emitter::Surface { object, primitive, shape, power, two_sided } if shape.area() > 0.0 => {
+                let center = shape.cluster(power, two_sided).center();
+                let seen = solid_angle(&balls, center, 0.0);
+                let middle = match shape {
+                    Shape::Sphere(sphere) => Some((sphere, solid_angle(&balls, center, sphere.radius)))
+                        .filter(|m| m.1 <= MOST_WASTE * seen),
+                    _ => None,
+                };
+                (power, seen, Some(Source { object, primitive, shape, two_sided, middle }))
             }
-            Emitter::Punctual(_) => None,
+            _ => (0.0, 0.0, None),
         };
-        let choice = Discrete::new(emitters.iter().map(power))?;
-        let sources = emitters.iter().map(source).collect();
-        (!balls.is_empty()).then_some(Self { choice, sources, balls })
+        let sources: Vec<(f32, f32, Option<Source>)> = emitters.iter().map(source).collect();
+        let choice = Discrete::new(sources.iter().map(|(power, seen, _)| power * seen))?;
+        let power = sources.iter().map(|(power, ..)| f64::from(*power)).sum::<f64>();
+        let share = choice.total() / (power * f64::from(4.0 * PI));
+        let effort = if sharp.is_empty() { (share as f32 / FULL_SHARE).min(1.0) } else { 1.0 };
+        let sources = sources.into_iter().map(|(.., source)| source).collect();
+        (effort >= LEAST_EFFORT).then_some(Self { effort, choice, sources, balls })
     }
 
-    /// `None` where the light would have to leave the back of a surface that does not shine there.
+    /// `None` where no path is to start, or the light would have to leave the back of a surface that does not shine there.
     pub fn sample(&self, [u_lamp, u_ball]: [f32; 2], u_point: Vec2, u: Vec2) -> Option<Departure> {
-        let chosen = self.choice.sample(u_lamp);
-        let Source { object, primitive, shape, two_sided } = self.sources[chosen.index]?;
-        let (point, normal, uv) = shape.sample_area(u_point);
-        let total = self.solid_angle(point);
-        let mut left = u_ball * total;
-        let mut cone = self.balls.first()?.seen_from(point);
-        for ball in &self.balls {
-            cone = ball.seen_from(point);
-            if left < cone.solid_angle {
-                break;
-            }
-            left -= cone.solid_angle;
+        if u_lamp >= self.effort {
+            return None;
         }
-        let direction = cone.sample(u);
+        let chosen = self.choice.sample((u_lamp / self.effort).min(ONE_MINUS_EPSILON));
+        let source = self.sources[chosen.index].as_ref()?;
+        let Source { object, primitive, shape, two_sided, middle } = *source;
+        let (point, normal, uv, direction) = match middle {
+            Some((Sphere { center, radius }, total)) => {
+                let direction = self.draw(center, radius, total, u_ball, u)?;
+                let across = concentric_disk(u_point);
+                let facing = across.extend((1.0 - across.length_squared()).max(0.0).sqrt());
+                let normal = Frame::from_z(direction).to_world(facing).normalize();
+                (center + radius * normal, normal, Vec2::ZERO, direction)
+            }
+            None => {
+                let (point, normal, uv) = shape.sample_area(u_point);
+                let direction = self.draw(point, 0.0, solid_angle(&self.balls, point, 0.0), u_ball, u)?;
+                (point, normal, uv, direction)
+            }
+        };
         let cos = direction.dot(normal);
-        let pdf = chosen.probability / shape.area() * self.directions(point, direction);
+        let pdf = self.effort * chosen.probability * self.density(source, point, normal, direction);
         (pdf > 0.0 && pdf.is_finite() && (cos > 0.0 || two_sided && cos < 0.0)).then_some(Departure {
+            emitter: chosen.index as u32,
             object,
             primitive,
             point,
@@ -125,41 +152,88 @@ impl Aim {
     }
 
     /// The density with which [`sample`](Self::sample) draws this point of an emitter and this direction, m⁻² sr⁻¹.
-    pub fn pdf(&self, emitter: u32, point: Vec3, direction: Vec3) -> f32 {
+    pub fn pdf(&self, emitter: u32, point: Vec3, normal: Vec3, direction: Vec3) -> f32 {
         match self.sources.get(emitter as usize) {
             Some(Some(source)) => {
-                let pdf = self.choice.probability(emitter as usize) / source.shape.area()
-                    * self.directions(point, direction);
+                let probability = self.effort * self.choice.probability(emitter as usize);
+                let pdf = probability * self.density(source, point, normal, direction);
                 if pdf.is_finite() { pdf } else { 0.0 }
             }
             _ => 0.0,
         }
     }
 
-    fn directions(&self, point: Vec3, direction: Vec3) -> f32 {
-        let (holding, total) = self.balls.iter().fold((0, 0.0), |(holding, total), ball| {
-            let cone = ball.seen_from(point);
-            (holding + u32::from(cone.holds(direction)), total + cone.solid_angle)
-        });
-        holding as f32 / total
+    /// Of a point of this lamp and a direction, m⁻² sr⁻¹.
+    fn density(&self, source: &Source, point: Vec3, normal: Vec3, direction: Vec3) -> f32 {
+        let holding =
+            |from, extra| self.balls.iter().filter(|ball| ball.holds(from, extra, direction)).count() as f32;
+        match source.middle {
+            Some((Sphere { center, radius }, total)) => {
+                let facing = normal.dot(direction).max(0.0) / (PI * radius * radius);
+                facing * holding(center, radius) / total
+            }
+            None => holding(point, 0.0) / (solid_angle(&self.balls, point, 0.0) * source.shape.area()),
+        }
     }
 
-    fn solid_angle(&self, point: Vec3) -> f32 {
-        self.balls.iter().map(|ball| ball.seen_from(point).solid_angle).sum()
+    /// A direction towards one of the balls, made larger by `extra`, which have this solid angle together.
+    fn draw(&self, from: Vec3, extra: f32, total: f32, u_ball: f32, u: Vec2) -> Option<Vec3> {
+        let mut left = u_ball * total;
+        let mut cone = None;
+        for ball in &self.balls {
+            let seen = ball.seen_from(from, extra);
+            let solid_angle = seen.solid_angle;
+            cone = Some(seen);
+            if left < solid_angle {
+                break;
+            }
+            left -= solid_angle;
+        }
+        cone.map(|cone| cone.sample(u))
     }
 }
 
+/// All that is aimed at.
+fn balls(sharp: &[(Vec3, f32)], glossy: &[(Vec3, f32)]) -> Vec<Ball> {
+    let around = |&(center, radius): &(Vec3, f32)| Ball { center, radius: MARGIN * radius };
+    let usable = |ball: &Ball| ball.center.is_finite() && ball.radius.is_finite() && ball.radius > 0.0;
+    let [mut balls, glossy] =
+        [sharp, glossy].map(|objects| objects.iter().map(around).filter(usable).collect::<Vec<Ball>>());
+    if balls.len() + glossy.len() <= MAX_BALLS {
+        balls.extend(glossy);
+    } else if balls.len() > MAX_BALLS {
+        let low = balls.iter().map(|b| b.center - b.radius).fold(Vec3::INFINITY, Vec3::min);
+        let high = balls.iter().map(|b| b.center + b.radius).fold(Vec3::NEG_INFINITY, Vec3::max);
+        balls = vec![around(&(0.5 * (low + high), 0.5 * low.distance(high)))];
+    }
+    balls
+}
+
+/// Of all balls together, made larger by `extra`, seen from a point, sr.
+fn solid_angle(balls: &[Ball], from: Vec3, extra: f32) -> f32 {
+    balls.iter().map(|ball| ball.seen_from(from, extra).solid_angle).sum()
+}
+
 impl Ball {
-    fn seen_from(&self, point: Vec3) -> Cone {
+    fn seen_from(&self, point: Vec3, extra: f32) -> Cone {
         let to_center = self.center - point;
-        let distance = to_center.length();
-        if distance <= self.radius {
+        let (distance, radius) = (to_center.length(), self.radius + extra);
+        if distance <= radius {
             return Cone { axis: Vec3::Y, height: 2.0, solid_angle: 4.0 * PI };
         }
-        let sin = self.radius / distance;
+        let sin = radius / distance;
         let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
         let height = sin * sin / (1.0 + cos);
         Cone { axis: to_center / distance, height, solid_angle: TAU * height }
+    }
+
+    /// Whether a direction is one of that cone.
+    fn holds(&self, point: Vec3, extra: f32, direction: Vec3) -> bool {
+        let to_center = self.center - point;
+        let radius = self.radius + extra;
+        let along = to_center.dot(direction);
+        let past = if along > 0.0 { to_center - along * direction } else { to_center };
+        past.length_squared() <= radius * radius
     }
 }
 
@@ -178,9 +252,60 @@ impl Cone {
         }
         Frame::from_z(self.axis).to_world(uniform_cone(u, self.height)).normalize()
     }
+}
 
-    /// (1 − cos θ is half the squared chord: it keeps its digits for thin cones.)
-    fn holds(&self, direction: Vec3) -> bool {
-        0.5 * direction.distance_squared(self.axis) <= self.height * (1.0 + 1e-5)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::stats::uniform;
+
+    /// Two balls, one half behind the other.
+    const BALLS: [(Vec3, f32); 2] = [(Vec3::new(2.0, 0.0, 0.0), 0.4), (Vec3::new(3.0, 0.5, 0.2), 0.6)];
+
+    fn lamp(shape: Shape) -> Emitter {
+        Emitter::Surface { object: 0, primitive: 0, shape, power: 1.0, two_sided: false }
+    }
+
+    fn round(radius: f32) -> Emitter {
+        lamp(Shape::Sphere(Sphere { center: Vec3::ZERO, radius }))
+    }
+
+    /// ∫ |cos| over points and directions that lead to the first ball, by what is drawn, with the densities that are told.
+    fn extent(aim: &Aim) -> f32 {
+        let n = 1 << 16;
+        let sum: f32 = (0..n)
+            .filter_map(|i| {
+                let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|dimension| uniform(i, dimension));
+                let path = aim.sample([a, b], Vec2::new(c, d), Vec2::new(e, f))?;
+                let Departure { emitter, point, normal, direction, pdf, .. } = path;
+                let told = aim.pdf(emitter, point, normal, direction);
+                assert!((told - pdf).abs() <= 1e-4 * pdf, "drawn with {pdf}, told {told}");
+                let hits = Ball { center: BALLS[0].0, radius: BALLS[0].1 }.holds(point, 0.0, direction);
+                hits.then(|| normal.dot(direction) / pdf)
+            })
+            .sum();
+        sum / n as f32
+    }
+
+    #[test]
+    fn from_the_middle_as_from_the_points_of_a_round_lamp() {
+        let aim = Aim::new(&[round(0.1)], &BALLS, &[]).expect("a lamp and balls");
+        let mut from_points = aim.clone();
+        for source in from_points.sources.iter_mut().flatten() {
+            assert!(source.middle.take().is_some());
+        }
+        let [a, b] = [&aim, &from_points].map(extent);
+        assert!((a / b - 1.0).abs() < 0.02, "{a} and {b}");
+    }
+
+    #[test]
+    fn effort_goes_by_the_light_that_glossy_objects_get() {
+        let far = [(Vec3::new(1.9, 0.0, 0.0), 0.4)];
+        let aim = Aim::new(&[round(0.1)], &[], &far).expect("enough light");
+        assert!((0.05..0.2).contains(&aim.effort), "{}", aim.effort);
+        let sharp = Aim::new(&[round(0.1)], &far, &[]).expect("a mirror");
+        assert_eq!(sharp.effort, 1.0);
+        assert!((extent(&aim) / extent(&sharp) - 1.0).abs() < 0.1);
+        assert!(Aim::new(&[round(0.1)], &[], &[(Vec3::new(10.0, 0.0, 0.0), 0.4)]).is_none());
     }
 }

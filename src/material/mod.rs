@@ -142,14 +142,30 @@ pub fn disperses(material: &Material) -> bool {
     matches!(&material.surface, Surface::Layered(l) if l.dispersion > 0.0 && l.volume.is_some() && l.transmission.is_some())
 }
 
-/// Whether it is a mirror or smooth glass everywhere, which focuses light.
-pub fn focuses(material: &Material, textures: &Textures) -> bool {
-    let roughness = match &material.surface {
-        Surface::Metal { finish: MetalFinish::Roughness { roughness, .. }, .. } => roughness.texture,
-        Surface::Metal { finish: MetalFinish::Fuzz(_), .. } => None,
-        Surface::Dielectric { roughness, .. } => roughness.texture,
-        _ => return false,
+/// How a surface gathers light in one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Focus {
+    None,
+    /// Rough metal.
+    Glossy,
+    /// Mirrors and smooth glass.
+    Sharp,
+}
+
+/// How it focuses light, the same everywhere.
+pub fn focus(material: &Material, textures: &Textures) -> Focus {
+    let textured = match &material.surface {
+        Surface::Metal { finish: MetalFinish::Roughness { roughness, .. }, .. } => {
+            roughness.texture.is_some()
+        }
+        Surface::Metal { finish: MetalFinish::Fuzz(_), .. } => false,
+        Surface::Dielectric { roughness, .. } => roughness.texture.is_some(),
+        Surface::Pbr(pbr) => pbr.roughness.texture.is_some() || pbr.metallic.texture.is_some(),
+        _ => true,
     };
+    if textured {
+        return Focus::None;
+    }
     let anywhere = SurfacePoint {
         position: Vec3::ZERO,
         error: Vec3::ZERO,
@@ -159,10 +175,27 @@ pub fn focuses(material: &Material, textures: &Textures) -> bool {
         uvs: [Vec2::ZERO; 2],
         color: Vec4::ONE,
     };
-    roughness.is_none() && scattering(material, textures, &anywhere, Vec3::Z, None).0.is_delta()
+    match scattering(material, textures, &anywhere, Vec3::Z, None).0 {
+        bsdf if bsdf.is_delta() => Focus::Sharp,
+        bsdf if bsdf.is_glossy() => Focus::Glossy,
+        _ => Focus::None,
+    }
 }
 
-/// Whether a path from a lamp goes on from it: mirrors and glass that focus, and matte surfaces.
+/// Whether a glossy surface has the same frame seen from either direction, so that what scatters light from one to the
+/// other scatters it back.
+pub fn scatters_both_ways(
+    material: &Material,
+    textures: &Textures,
+    point: &SurfacePoint,
+    [a, b]: [Vec3; 2],
+) -> bool {
+    let map = material.normal.as_ref().map(|map| mapped_normal(map, textures, point));
+    let normal = |w| shading_frame(point, map, w, Side::Glossy).0.z;
+    normal(a) == normal(b)
+}
+
+/// Whether a path from a lamp may go on from it: mirrors, metal and glass that focus, and matte surfaces.
 pub fn may_carry_caustics(material: &Material) -> bool {
     match &material.surface {
         Surface::Diffuse { .. }
