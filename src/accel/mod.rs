@@ -116,12 +116,12 @@ impl Accel {
 
     /// The nearest hit with t in (`t_min`, `t_max`), whatever is filtered.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.search::<false, false, _>(ray, |_| true)
+        self.closest_where(ray, |_| true)
     }
 
     /// Whether there is a hit with t in (`t_min`, `t_max`), whatever is filtered.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.search::<true, false, _>(ray, |_| true).is_some()
+        self.occluded_where(ray, |_| true)
     }
 
     /// As [`closest`](Self::closest), but a hit on a filtered object counts only where `accept` says so.
@@ -129,12 +129,12 @@ impl Accel {
     /// `accept` is asked about candidates in no particular order, perhaps more than once about the same one and
     /// perhaps about some behind the nearest hit. The answer must depend on the hit alone.
     pub fn closest_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        self.search::<false, true, _>(ray, accept)
+        self.search::<false, _>(ray, accept)
     }
 
     /// As [`occluded`](Self::occluded), but a hit on a filtered object counts only where `accept` says so.
     pub fn occluded_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
-        self.search::<true, true, _>(ray, accept).is_some()
+        self.search::<true, _>(ray, accept).is_some()
     }
 
     /// Lower and upper corner of all objects; both zero where there is nothing to hit.
@@ -153,27 +153,23 @@ impl Accel {
     }
 
     #[inline]
-    fn search<const ANY: bool, const FILTER: bool, F: FnMut(&Hit) -> bool>(
-        &self,
-        ray: &Ray,
-        accept: F,
-    ) -> Option<Hit> {
-        let search = Search::<F, ANY, FILTER>::new(ray, accept);
+    fn search<const ANY: bool, F: FnMut(&Hit) -> bool>(&self, ray: &Ray, accept: F) -> Option<Hit> {
+        let search = Search::<F, ANY>::new(ray, accept);
         #[cfg(target_arch = "x86_64")]
         if self.avx2 {
             // SAFETY: `avx2` says that the processor has these features.
             return unsafe { search_avx2(&self.objects, ray, search) };
         }
-        self.objects.search::<Portable, F, ANY, FILTER>(ray, search)
+        self.objects.search::<Portable, F, ANY>(ray, search)
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn search_avx2<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool>(
+fn search_avx2<F: FnMut(&Hit) -> bool, const ANY: bool>(
     objects: &Objects,
     ray: &Ray,
-    search: Search<F, ANY, FILTER>,
+    search: Search<F, ANY>,
 ) -> Option<Hit> {
-    objects.search::<lanes::Avx2, F, ANY, FILTER>(ray, search)
+    objects.search::<lanes::Avx2, F, ANY>(ray, search)
 }

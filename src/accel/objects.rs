@@ -120,10 +120,10 @@ impl Objects {
     }
 
     #[inline(always)]
-    pub fn search<L: Lanes, F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool>(
+    pub fn search<L: Lanes, F: FnMut(&Hit) -> bool, const ANY: bool>(
         &self,
         ray: &Ray,
-        search: Search<F, ANY, FILTER>,
+        search: Search<F, ANY>,
     ) -> Option<Hit> {
         let mut leaves = ObjectLeaves { objects: self, ray, search };
         match &self.alone {
@@ -234,15 +234,13 @@ fn placed(to_world: &Affine3A, boxes: &[Aabb]) -> Aabb {
     Aabb::new(0.5 * low + to_world.translation - margin, 0.5 * high + to_world.translation + margin)
 }
 
-struct ObjectLeaves<'a, F, const ANY: bool, const FILTER: bool> {
+struct ObjectLeaves<'a, F, const ANY: bool> {
     objects: &'a Objects,
     ray: &'a Ray,
-    search: Search<F, ANY, FILTER>,
+    search: Search<F, ANY>,
 }
 
-impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
-    for ObjectLeaves<'_, F, ANY, FILTER>
-{
+impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for ObjectLeaves<'_, F, ANY> {
     const ANY: bool = ANY;
 
     #[inline(always)]
@@ -264,7 +262,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
     }
 }
 
-impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'_, F, ANY, FILTER> {
+impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
     #[inline(always)]
     fn instance<L: Lanes>(&mut self, instance: &Instance) -> bool {
         // The direction keeps its length in the world's measure, and so t is the same in both spaces.
@@ -306,16 +304,14 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> ObjectLeaves<'
     }
 }
 
-struct TriangleLeaves<'a, F, const ANY: bool, const FILTER: bool> {
+struct TriangleLeaves<'a, F, const ANY: bool> {
     ray: &'a Ray,
     shear: Shear,
     id: Id,
-    search: &'a mut Search<F, ANY, FILTER>,
+    search: &'a mut Search<F, ANY>,
 }
 
-impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
-    for TriangleLeaves<'_, F, ANY, FILTER>
-{
+impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for TriangleLeaves<'_, F, ANY> {
     const ANY: bool = ANY;
 
     #[inline(always)]
@@ -326,10 +322,6 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Leaves
             let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, self.search.t_last()) else {
                 continue;
             };
-            if ANY && !FILTER {
-                self.search.end();
-                return true;
-            }
             let (t, v) = (hits.t.to_array(), hits.v.to_array());
             let (w, det) = (hits.w.to_array(), hits.det.to_array());
             let mut lanes = hits.lanes;

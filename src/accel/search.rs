@@ -3,15 +3,15 @@
 use super::Hit;
 use crate::geometry::Ray;
 
-/// `ANY`: the first hit that counts ends the search. `FILTER`: hits on filtered objects count if `accept` says so.
-pub struct Search<F, const ANY: bool, const FILTER: bool> {
+/// `ANY`: the first hit that counts ends the search. Hits on filtered objects count if `accept` says so.
+pub struct Search<F, const ANY: bool> {
     /// Until something is found: t is the ray's `t_max`, and object and primitive are 0, before which no hit sorts.
     best: Hit,
     found: bool,
     accept: F,
 }
 
-impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Search<F, ANY, FILTER> {
+impl<F: FnMut(&Hit) -> bool, const ANY: bool> Search<F, ANY> {
     pub fn new(ray: &Ray, accept: F) -> Self {
         let best = Hit { t: ray.t_max, u: 0.0, v: 0.0, object: 0, primitive: 0 };
         Self { best, found: false, accept }
@@ -35,19 +35,12 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool, const FILTER: bool> Search<F, ANY,
         if ANY { f32::from_bits(self.best.t.to_bits().wrapping_sub(1)) } else { self.best.t }
     }
 
-    /// Takes some hit, it does not matter which, and ends the search.
-    #[inline(always)]
-    pub fn end(&mut self) {
-        debug_assert!(ANY && !FILTER);
-        self.found = true;
-    }
-
     /// Takes a hit, with t above the ray's `t_min`, if it counts and is the closest so far. `true` ends the search.
     #[inline(always)]
     pub fn offer(&mut self, hit: Hit, filtered: bool) -> bool {
         let (best, id) = (&self.best, |h: &Hit| (h.object, h.primitive));
         let closer = hit.t < best.t || (hit.t == best.t && id(&hit) < id(best));
-        if !closer || (FILTER && filtered && !(self.accept)(&hit)) {
+        if !closer || (filtered && !(self.accept)(&hit)) {
             return false;
         }
         self.best = hit;
