@@ -1,12 +1,16 @@
 //! Paths from lamps, and samples where the noise is, leave the mean alone: the same picture as by as many paths from the camera
 //! for every pixel, with less noise.
 
-use std::path::Path;
+use std::{
+    f64::consts::{PI, TAU},
+    path::Path,
+};
 
 use rayo::{
     compile::compile,
     import::assemble,
     render::{self, FilterKind, Monitor, PixelFilter, Settings},
+    sampling::weave::Weave,
     scene,
 };
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -37,6 +41,7 @@ fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("written");
+    std::fs::write(folder.path().join("ball.obj"), coarse_ball()).expect("written");
     let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
     let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
     let settings = Settings { size: [SIZE; 2], samples, adaptive, filter, seed, ..settings };
@@ -75,6 +80,23 @@ fn assert_same(name: &str, a: &Shown, b: &Shown) {
     let whole = |s: &Shown| s.blocks.iter().fold((0.0, 0.0), |(m, v), (x, w)| (m + x, v + w));
     let p_value = 2.0 * normal.cdf(-z(whole(a), whole(b)).abs());
     assert!(p_value > 1e-3, "{name}: {:?} and {:?}, p = {p_value:.1e}", whole(a), whole(b));
+}
+
+/// A ball of few triangles that are shaded as if it were round.
+fn coarse_ball() -> String {
+    let (rings, sectors) = (5, 8);
+    let mut text = String::from("o ball\n");
+    for (i, j) in (0..=rings).flat_map(|i| (0..=sectors).map(move |j| (i, j))) {
+        let [theta, phi] = [PI * f64::from(i) / f64::from(rings), TAU * f64::from(j) / f64::from(sectors)];
+        let (x, y, z) = (theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
+        text += &format!("v {x} {y} {z}\nvn {x} {y} {z}\n");
+    }
+    for (i, j) in (0..rings).flat_map(|i| (0..sectors).map(move |j| (i, j))) {
+        let a = i * (sectors + 1) + j + 1;
+        let [b, c, d] = [a + 1, a + sectors + 2, a + sectors + 1];
+        text += &format!("f {a}//{a} {b}//{b} {c}//{c}\nf {a}//{a} {c}//{c} {d}//{d}\n");
+    }
+    text
 }
 
 const BOX: PixelFilter = PixelFilter { kind: FilterKind::Box, width: 1.0 };
@@ -217,6 +239,20 @@ material = "mirror"
     check("chain", &metals(metal, mirror, &format!("{TWO}{wall}")), BOX);
 }
 
+/// Where a facet is shaded as part of a ball, light goes one way otherwise than the other: such paths are left to the camera.
+#[test]
+fn lamps_above_a_faceted_metal_ball() {
+    let metal = r#"{ type = "metal", color = [0.9, 0.7, 0.5], roughness = 0.32 }"#;
+    let model = r#"
+[[model]]
+file = "ball.obj"
+scale = 0.4
+translate = [0.1, 0.45, 0.8]
+material = "glass"
+"#;
+    check("facets", &metals(metal, metal, &format!("{TWO}{model}")), BOX);
+}
+
 /// Paths from lamps end at the pane; from metal lamps are chosen through it.
 #[test]
 fn lamps_behind_a_pane() {
@@ -243,4 +279,44 @@ fn two_paths_from_what_the_sky_lights() {
     let text = room("", "").replace("{ type = \"color\", color = [0, 0, 0] }", sky);
     let way = Way { adaptive: true, samples: 1024, seed: 12, ..PLAIN };
     assert_same("branches", &show(&text, BOX, way), &show(&text, BOX, PLAIN));
+}
+
+/// Where every pixel takes the same number of samples, their errors are as large as by sequences of their own, and cancel better.
+#[test]
+fn neighbours_share_sequences() {
+    let text = room("", "")
+        .replace("{ type = \"color\", color = [0, 0, 0] }", "{ type = \"color\", color = [1, 1, 1] }");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, text).expect("written");
+    let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
+    let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
+    let settings = Settings { size: [SIZE; 2], samples: 4, adaptive: false, filter: BOX, ..settings };
+    let mut scene = compile(world, &settings);
+    assert_eq!(scene.weave, Weave::of(4));
+    let mut picture = |weave, samples, seed| {
+        (scene.weave, scene.seed) = (weave, seed);
+        let settings = Settings { samples, seed, ..settings.clone() };
+        let film = render::render(&scene, &settings, &Monitor::default()).expect("rendered").film;
+        (0..(SIZE * SIZE) as usize).map(|i| f64::from(film.radiance(i).y)).collect::<Vec<f64>>()
+    };
+    let truth = picture(Weave::NONE, 2048, 100);
+    // of single pixels, and of the means over 4 x 4
+    let mut errors = |weave| {
+        let mut squares = [0.0; 2];
+        for seed in 0..16 {
+            let picture = picture(weave, 4, seed);
+            let error = |x: u32, y: u32| picture[(y * SIZE + x) as usize] - truth[(y * SIZE + x) as usize];
+            let pixels = (0..SIZE * SIZE).map(|i| error(i % SIZE, i / SIZE));
+            squares[0] += pixels.map(|e| e * e).sum::<f64>();
+            let block =
+                |b: u32| (0..16).map(|i| error(4 * (b % 8) + i % 4, 4 * (b / 8) + i / 4)).sum::<f64>();
+            squares[1] += (0..64).map(|b| block(b).powi(2)).sum::<f64>();
+        }
+        squares
+    };
+    let (apart, together) = (errors(Weave::NONE), errors(Weave::of(4)));
+    let [pixels, blocks] = [0, 1].map(|i| together[i] / apart[i]);
+    assert!((0.85..1.15).contains(&pixels), "{pixels}");
+    assert!(blocks < 0.8, "{blocks}");
 }

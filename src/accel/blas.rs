@@ -31,7 +31,8 @@ const OUTLINE: usize = 32;
 #[derive(Clone, Copy, Debug)]
 pub struct Build {
     pub quality: Quality,
-    /// Hits on some instance are filtered, and so each of several coincident triangles counts. Otherwise only the first of them does.
+    /// Hits on some instance are filtered, and so each of several coincident triangles counts, once. Otherwise only the first of them
+    /// does.
     pub filtered: bool,
 }
 
@@ -58,7 +59,8 @@ impl Blas {
         let usable = |i: u32| corners(i).filter(is_usable);
         let mut parts = parts::of_triangles(triangles.len() as u32, usable);
         let set_aside = triangles.len() - parts.len();
-        if build.quality.cuts() {
+        // whoever filters hits is asked once about each, and a triangle in several leaves would be met in each of them
+        if build.quality.cuts() && !build.filtered {
             parts::cut(&mut parts, corners);
         }
         let thin = |parts: &mut [Part]| match build.filtered {

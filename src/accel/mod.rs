@@ -132,7 +132,8 @@ impl Accel {
         self.search::<false, _>(ray, accept)
     }
 
-    /// As [`occluded`](Self::occluded), but a hit on a filtered object counts only where `accept` says so.
+    /// As [`occluded`](Self::occluded), but a hit on a filtered object counts only where `accept` says so. It is asked about each hit at most
+    /// once, provided that the object's [`Blas`] was [built](Build) for that.
     pub fn occluded_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
         self.search::<true, _>(ray, accept).is_some()
     }

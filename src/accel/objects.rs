@@ -322,6 +322,10 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for TriangleLeaves<'_, F, A
             let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, self.search.t_last()) else {
                 continue;
             };
+            if ANY && !self.id.filtered {
+                self.search.end();
+                return true;
+            }
             let (t, v) = (hits.t.to_array(), hits.v.to_array());
             let (w, det) = (hits.w.to_array(), hits.det.to_array());
             let mut lanes = hits.lanes;

@@ -35,6 +35,13 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> Search<F, ANY> {
         if ANY { f32::from_bits(self.best.t.to_bits().wrapping_sub(1)) } else { self.best.t }
     }
 
+    /// Takes some hit that counts, it does not matter which, and ends the search.
+    #[inline(always)]
+    pub fn end(&mut self) {
+        debug_assert!(ANY);
+        self.found = true;
+    }
+
     /// Takes a hit, with t above the ray's `t_min`, if it counts and is the closest so far. `true` ends the search.
     #[inline(always)]
     pub fn offer(&mut self, hit: Hit, filtered: bool) -> bool {

@@ -163,7 +163,7 @@ impl Bsdf {
         match self {
             Self::FuzzyMirror(lobe) => lobe.fuzz() <= GLOSSY_FUZZ,
             Self::Conductor(lobe) => lobe.alpha() <= GLOSSY_ALPHA,
-            Self::Pbr(lobe) => lobe.is_metal() && !lobe.is_matte() && lobe.alpha() <= GLOSSY_ALPHA,
+            Self::Pbr(lobe) => lobe.is_metal() && !lobe.is_matte(),
             _ => false,
         }
     }

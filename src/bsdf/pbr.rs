@@ -94,10 +94,6 @@ impl Pbr {
         ([1.0 - p_specular, p_specular], self.ggx.alpha)
     }
 
-    pub fn alpha(&self) -> f32 {
-        self.ggx.alpha
-    }
-
     /// Without a base.
     pub fn is_metal(&self) -> bool {
         self.metallic >= 1.0

@@ -206,7 +206,11 @@ fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped:
         Outcome::Cancelled => ", interrupted",
     };
     let noise = match rendering.noise {
-        Some(noise) if asked > 0.0 => format!(", noise {:.1} % of {:.1} %", 100.0 * noise, 100.0 * asked),
+        Some(noise) if asked > 0.0 => {
+            // two digits that count
+            let digits = (1.0 - (100.0 * asked).log10().floor()).clamp(1.0, 9.0) as usize;
+            format!(", noise {:.digits$} % of {:.digits$} %", 100.0 * noise, 100.0 * asked)
+        }
         _ => String::new(),
     };
     let seconds = duration(rendering.duration.as_secs_f64());

@@ -158,7 +158,7 @@ pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Sce
         camera,
         filter: FilterTable::new(settings.filter),
         seed: settings.seed,
-        weave: if settings.shares_out() { Weave::NONE } else { Weave::of(settings.samples) },
+        weave: if settings.is_even() { Weave::of(settings.samples) } else { Weave::NONE },
         bounces: settings.bounces,
         stats,
     }

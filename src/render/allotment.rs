@@ -45,6 +45,8 @@ pub struct Ask {
     pub budget: f64,
     /// So much of it is used, whatever the error.
     pub needed: f64,
+    /// The budget is not exceeded by rounding to blocks either.
+    pub strict: bool,
     /// The relative error of the picture as it is, and the one that is enough.
     pub error: Option<[f64; 2]>,
 }
@@ -207,7 +209,10 @@ impl Shares<'_> {
             })
         };
         let is_too_little = |scale: f64| {
-            let total = self.total(|i| self.samples(i, scale));
+            let total = match self.ask.strict {
+                true => self.total(|i| self.whole(i, scale).into()),
+                false => self.total(|i| self.samples(i, scale)),
+            };
             total.work <= needed || total.work <= available && is_noisy(&total)
         };
         let (mut low, mut high) = (0.0, 1.0);

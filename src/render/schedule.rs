@@ -5,8 +5,8 @@
 //! (`allotment.rs`).
 //!
 //! Where a number of samples alone is asked for, the first stage is a quarter of them, and the second the rest. With an end that is not
-//! known (a relative error to reach, or a time), the first stage is short, and each of the others at most doubles the work, so that
-//! shares are never older than half of it; with an error to reach, a stage takes no more than should bring the picture there.
+//! known (a relative error to reach, or a time), the first stage is short, the second at most four times as long in all, and each of the others
+//! at most doubles the work, so that shares are seldom older than half of it; with an error to reach, a stage takes no more than should bring the picture there.
 //!
 //! The error that ends a picture is that of the whole ([`relative_error`](crate::film::relative_error)), looked at between stages: the mean over
 //! all pixels, on which each has next to no influence. A rule by which each pixel stopped on seeing its own samples would favour those that
@@ -26,7 +26,7 @@ const LARGEST_BATCH: u32 = 16;
 /// Of the samples asked for, one in so many is taken before any allotment.
 const PILOT_PART: u32 = 4;
 
-/// The largest first stage where the end is open.
+/// The largest first stage where a time may be the end.
 const OPEN_PILOT: u32 = 16;
 
 /// With fewer in every pixel, no estimate of the error is believed.
@@ -69,7 +69,11 @@ impl Schedule {
     pub fn new(&Settings { samples, adaptive, noise, time, .. }: &Settings) -> Self {
         let open = noise > 0.0 || time.is_some();
         let part = samples / PILOT_PART;
-        let pilot = if open { part.min(OPEN_PILOT) } else { part };
+        let pilot = match open {
+            true if noise > 0.0 => samples.min(LEAST_SAMPLES),
+            true => part.min(OPEN_PILOT),
+            false => part,
+        };
         let adaptive = adaptive && samples >= LEAST_SHARED;
         let until = match adaptive {
             true => pilot,
@@ -90,6 +94,9 @@ impl Schedule {
     /// Goes on to the next pass over `film`, of whose tiles each has taken so much `work`, and whose relative error is `noise`; or says how
     /// rendering ended.
     pub fn advance(&mut self, film: &Film, work: &[f64], noise: Option<f32>) -> Option<Outcome> {
+        if film.pixels().is_empty() {
+            return Some(Outcome::Finished);
+        }
         if self.stage.is_over() {
             let is_believed =
                 self.level >= LEAST_SAMPLES.into() && self.level * film.pixels().len() as f64 >= LEAST_IN_ALL;
@@ -154,7 +161,7 @@ impl Schedule {
     /// The next stage, where samples go where the noise is.
     fn share(&mut self, film: &Film, work: &[f64], noise: Option<f32>) -> Stage {
         let is_first = matches!(self.stage, Stage::Equal { .. });
-        let samples = f64::from(self.samples);
+        let [samples, pixels] = [f64::from(self.samples), film.pixels().len() as f64];
         let growth = if is_first { f64::from(PILOT_PART) } else { 2.0 };
         let ask = if self.open {
             let budget = (self.level * growth).min(samples);
@@ -164,21 +171,23 @@ impl Schedule {
                 block: block(budget / parts),
                 least: (self.level as u32 / PILOT_PART).max(1),
                 budget,
-                needed: (self.level * (1.0 + LEAST_GROWTH)).min(budget),
+                needed: (self.level * (1.0 + LEAST_GROWTH)).max(LEAST_IN_ALL / pixels).min(budget),
+                strict: true,
                 error: noise
                     .filter(|_| self.noise > 0.0)
                     .map(|noise| [noise.into(), AIM * f64::from(self.noise)]),
             }
         } else {
             let pilot = self.level as u32;
-            Ask { block: pilot, least: pilot, budget: samples, needed: samples, error: None }
+            Ask { block: pilot, least: pilot, budget: samples, needed: samples, strict: false, error: None }
         };
         let mut allotment = allot(film, work, &ask);
         let adds = |(&goal, pixel): (&u32, &Pixel)| goal > pixel.taken();
         if self.open && !allotment.goals.iter().zip(film.pixels()).any(adds) {
             // nothing is left by rounding, or all noise is the lamps'
-            allotment.goals.iter_mut().for_each(|goal| *goal += ask.block);
-            allotment.level += f64::from(ask.block);
+            let step = ask.block.min((samples - self.level).max(1.0) as u32);
+            allotment.goals.iter_mut().for_each(|goal| *goal += step);
+            allotment.level += f64::from(step);
         }
         self.last = !self.open || allotment.level >= NEARLY_ALL * samples;
         let passes = ((allotment.level - self.level) / f64::from(LARGEST_BATCH)).ceil().max(1.0) as u32;

@@ -84,9 +84,9 @@ impl Settings {
         u64::from(width) * u64::from(height) * u64::from(self.samples)
     }
 
-    /// Whether pixels may take different numbers of samples.
-    pub fn shares_out(&self) -> bool {
-        self.noise > 0.0 || self.adaptive && self.samples >= LEAST_SHARED
+    /// Whether every pixel takes all `samples`, unless rendering is interrupted.
+    pub fn is_even(&self) -> bool {
+        self.noise <= 0.0 && !(self.adaptive && self.samples >= LEAST_SHARED)
     }
 
     /// What is wrong with the settings as a whole, in words; empty where they can be rendered.

@@ -253,6 +253,22 @@ fn shares_are_made_long_before_the_last_sample() {
     assert!(noisy >= 4 * quiet && quiet >= 16, "{noisy} and {quiet}");
 }
 
+/// Stages whose lengths do not add up to the samples asked for take no more.
+#[test]
+fn samples_are_never_more_than_asked_for() {
+    let even = |_, _, _, _: &mut RayCounts| Vec3::ONE;
+    let uneven = |x, y, index, rays: &mut RayCounts| noisy(x, y, index, rays).max(Vec3::ZERO);
+    for samples in [16, 33, 66, 132, 500] {
+        for noise in [0.0, 1e-6] {
+            let open = Settings { noise, time: Some(Duration::from_hours(1)), ..adaptive([48, 32], samples) };
+            let taken = run(even, &open).film.sample_counts().mean;
+            assert!(taken <= f64::from(samples), "{taken} of {samples}, noise {noise}");
+            let taken = run(uneven, &open).film.sample_counts().mean;
+            assert!(taken <= 1.05 * f64::from(samples), "{taken} of {samples}, noise {noise}, uneven");
+        }
+    }
+}
+
 /// A single pixel has met the one bright path in 500 before its error is believed.
 #[test]
 fn a_few_pixels_do_not_stop_at_once() {

@@ -2,7 +2,7 @@
 //! ([`Weave`]).
 //!
 //! Sets of four dimensions are padded: each set shuffles the sample index and shifts its dimensions with a hash of
-//! (seed, pixel, set), so sets and pixels are independent of each other while each set on its own stays a
+//! (seed, pixel, set), so sets and, unless woven, pixels are independent of each other while each set on its own stays a
 //! (0, 2)-sequence in its first two dimensions and well stratified in all four.
 //!
 //! One scrambled sequence of `PERIOD` points is tabulated. A set reads it in an order of its own (the index is scrambled as

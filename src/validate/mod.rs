@@ -117,10 +117,11 @@ pub fn neutral(settings: &render::Settings) -> render::Settings {
 
 /// Renders here.
 pub fn own_shot(world: World, settings: &render::Settings) -> Result<Shot, Error> {
+    let settings = &render::Settings { samples: settings.samples / 2, ..settings.clone() };
     let mut scene = compile(world, settings);
     let start = Instant::now();
     let mut half = |seed: u64| {
-        let settings = render::Settings { samples: settings.samples / 2, seed, ..settings.clone() };
+        let settings = render::Settings { seed, ..settings.clone() };
         scene.seed = seed;
         render::render(&scene, &settings, &Monitor::default()).map(|rendering| Picture::of(&rendering.film))
     };

@@ -354,6 +354,26 @@ fn filtered_meshes_skip_single_triangles() {
     }
 }
 
+/// Who counts what a ray passes must not meet it twice.
+#[test]
+fn nothing_is_asked_about_twice() {
+    let mut scene = Scene::of_mesh(soup(2000, 0.1));
+    scene.objects[0].filtered = true;
+    for accel in kernels(scene.accel()) {
+        for ray in rays(2000) {
+            let mut asked = Vec::new();
+            let occluded = accel.occluded_where(&ray, |hit| {
+                asked.push(hit.primitive);
+                false
+            });
+            let all = asked.len();
+            asked.sort_unstable();
+            asked.dedup();
+            assert!(!occluded && asked.len() == all, "{all} asked, {} of them different", asked.len());
+        }
+    }
+}
+
 #[test]
 fn a_hundred_thousand_instances() {
     let mut scene = Scene { soups: vec![globe(4, 6)], objects: Vec::new() };
