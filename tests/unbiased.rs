@@ -12,6 +12,7 @@ use rayo::{
     render::{self, FilterKind, Monitor, PixelFilter, Settings},
     sampling::weave::Weave,
     scene,
+    world::World,
 };
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -36,15 +37,21 @@ struct Way {
 /// By paths from the camera alone, the same number for every pixel.
 const PLAIN: Way = Way { lamps: false, adaptive: false, samples: 4096, seed: 10 };
 
-fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
-    let Way { lamps, adaptive, samples, seed } = way;
+/// A scene file's world, small, and beside it a ball in a file.
+fn load(text: &str) -> (World, Settings) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("written");
     std::fs::write(folder.path().join("ball.obj"), coarse_ball()).expect("written");
     let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
     let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
-    let settings = Settings { size: [SIZE; 2], samples, adaptive, filter, seed, ..settings };
+    (world, Settings { size: [SIZE; 2], ..settings })
+}
+
+fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
+    let Way { lamps, adaptive, samples, seed } = way;
+    let (world, settings) = load(text);
+    let settings = Settings { samples, adaptive, filter, seed, ..settings };
     let mut scene = compile(world, &settings);
     assert!(scene.aim.is_some() || !lamps, "there is glass and a lamp");
     if !lamps {
@@ -286,12 +293,8 @@ fn two_paths_from_what_the_sky_lights() {
 fn neighbours_share_sequences() {
     let text = room("", "")
         .replace("{ type = \"color\", color = [0, 0, 0] }", "{ type = \"color\", color = [1, 1, 1] }");
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("scene.toml");
-    std::fs::write(&file, text).expect("written");
-    let loaded = scene::load(Path::new(&file)).unwrap_or_else(|all| panic!("{all:?}"));
-    let (world, settings, _) = assemble(loaded).unwrap_or_else(|all| panic!("{all:?}"));
-    let settings = Settings { size: [SIZE; 2], samples: 4, adaptive: false, filter: BOX, ..settings };
+    let (world, settings) = load(&text);
+    let settings = Settings { samples: 4, adaptive: false, filter: BOX, ..settings };
     let mut scene = compile(world, &settings);
     assert_eq!(scene.weave, Weave::of(4));
     let mut picture = |weave, samples, seed| {
