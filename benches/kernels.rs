@@ -13,7 +13,7 @@ use rayo::{
     compile::{Scene, compile},
     geometry::Ray,
     import::assemble,
-    integrator::{RayCounts, sample_pixel},
+    integrator::{RayCounts, Rims, sample_pixel},
     material,
     sampling::sobol::PixelSampler,
     scene,
@@ -210,7 +210,7 @@ fn paths(criterion: &mut Criterion) {
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
                 let mut counts = RayCounts::default();
-                pixels().map(|[x, y]| sample_pixel(&scene, x, y, 5, &mut counts)).sum::<Vec3>()
+                pixels().map(|[x, y]| sample_pixel(&scene, &Rims::NONE, [x, y], 5, &mut counts)).sum::<Vec3>()
             });
         });
     }

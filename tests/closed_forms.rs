@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Affine2, Affine3A, Mat3, Vec2, Vec3};
 use rayo::{
     compile::compile,
-    integrator::{RayCounts, sample_pixel, trace_lamp_path},
+    integrator::{RayCounts, Rims, sample_pixel, trace_lamp_path},
     light::SAMPLES_A_LAMP_PATH,
     render::{Bounces, FilterKind, PixelFilter, Settings},
     world::*,
@@ -106,7 +106,7 @@ impl Stage {
             }
             let brought =
                 SAMPLES_A_LAMP_PATH as f32 * splats.iter().map(|splat| splat.radiance).sum::<Vec3>();
-            f64::from((sample_pixel(&scene, 0, 0, i, &mut counts) + brought).y)
+            f64::from((sample_pixel(&scene, &Rims::NONE, [0, 0], i, &mut counts) + brought).y)
         };
         let values: Vec<f64> = (0..samples).map(&mut sample).collect();
         let n = values.len() as f64;

@@ -9,6 +9,7 @@ use std::{
 use rayo::{
     compile::compile,
     import::assemble,
+    integrator::{RayCounts, Rims, sample_pixel},
     render::{self, FilterKind, Monitor, PixelFilter, Settings},
     sampling::weave::Weave,
     scene,
@@ -322,4 +323,76 @@ fn neighbours_share_sequences() {
     let [pixels, blocks] = [0, 1].map(|i| together[i] / apart[i]);
     assert!((0.85..1.15).contains(&pixels), "{pixels}");
     assert!(blocks < 0.8, "{blocks}");
+}
+
+/// Small lamps that the camera sees: before a lit wall, glass and a mirror, in part behind a blended leaf and a pane.
+fn lamps_in_sight() -> String {
+    let mut text = room("", ", aperture = 0.05").replace(
+        "[materials]",
+        "[materials]\npane = { type = \"pbr\", base_color = [1, 1, 1], roughness = 0, transmission = 1 }\n\
+         leaf = { type = \"pbr\", base_color = [0.2, 0.5, 0.2], opacity = 0.5 }",
+    );
+    for (x, y, z) in [(-0.9, 1.3, 0.0), (0.1, 1.6, -0.5), (0.9, 1.2, 0.4), (-0.2, 0.5, 0.9)] {
+        text += &format!("[[sphere]]\ncenter = [{x}, {y}, {z}]\nradius = 0.09\nmaterial = \"lamp\"\n");
+    }
+    for (x, material) in [(-1.1, "leaf"), (0.8, "pane")] {
+        text += &format!(
+            "[[quad]]\norigin = [{x}, 1, 0.8]\nu = [0.3, 0, 0]\nv = [0, 0.4, 0]\nmaterial = \"{material}\"\n"
+        );
+    }
+    text
+}
+
+/// On the rims of lamps more rays look for what is seen straight.
+#[test]
+fn rims_of_lamps() {
+    let text = lamps_in_sight();
+    let way = Way { adaptive: true, samples: 1024, seed: 13, ..PLAIN };
+    assert_same("rims", &show(&text, BOX, way), &show(&text, BOX, PLAIN));
+}
+
+/// As large a part of the picture is bright as a ball fills, with a third of the square error of one ray a sample, or less. (Where the ball fills
+/// most of a pixel, one is left to do.)
+#[test]
+fn a_ball_of_light_is_as_large_as_it_is() {
+    let (radius, height) = (0.3, 2.0);
+    let text = format!(
+        r#"
+camera = {{ position = [0.013, 0.007, 3], target = [0.013, 0.007, 0], ortho_height = {height} }}
+environment = {{ type = "color", color = [0, 0, 0] }}
+[materials]
+lamp = {{ type = "emissive", color = [5, 5, 5] }}
+[[sphere]]
+center = [0, 0, 0]
+radius = {radius}
+material = "lamp"
+"#
+    );
+    let (world, settings) = load(&text);
+    let samples = 16;
+    let settings = Settings { samples, filter: BOX, ..settings };
+    let mut scene = compile(world, &settings);
+    let mut errors = |rims: &Rims| {
+        let mut sum = |seed| {
+            scene.seed = seed;
+            let pixels = (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE]);
+            let sample =
+                |pixel, i| f64::from(sample_pixel(&scene, rims, pixel, i, &mut RayCounts::default()).y);
+            pixels.map(|p| (0..samples).map(|i| sample(p, i)).sum::<f64>()).sum::<f64>() / f64::from(samples)
+        };
+        let expected = 5.0 * PI * (radius * f64::from(SIZE) / height).powi(2);
+        (0..64).map(|seed| sum(seed) / expected - 1.0).collect::<Vec<f64>>()
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let square = |errors: &[f64]| mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>());
+    let plain = errors(&Rims::NONE);
+    let (world, _) = load(&text);
+    let finer = errors(&Rims::find(&compile(world, &settings), &settings, &|| false));
+    for (name, errors) in [("plain", &plain), ("finer", &finer)] {
+        let standard_error = (square(errors) / errors.len() as f64).sqrt();
+        let mean = mean(errors);
+        assert!(mean.abs() < 4.0 * standard_error + 1e-6, "{name}: off by {mean:.1e} ± {standard_error:.1e}");
+    }
+    let gain = square(&plain) / square(&finer);
+    assert!(gain > 2.5, "{gain}");
 }

@@ -171,6 +171,7 @@ impl Scene {
 
     /// Radiance that an emitting surface sends from a point with these coordinates, in a direction of this cosine with
     /// its outward normal.
+    #[inline]
     pub fn emission(&self, hit: &Hit, uvs: &[Vec2; 2], cos: f32) -> Vec3 {
         if !self.objects[hit.object as usize].emits {
             return Vec3::ZERO;

@@ -17,6 +17,7 @@
 
 mod caustics;
 mod media;
+mod rims;
 mod wavelength;
 
 use glam::{Vec2, Vec3};
@@ -61,17 +62,23 @@ struct Arrival {
 }
 
 pub use caustics::{Splat, trace_lamp_path};
+pub use rims::Rims;
 
-/// The radiance along one camera ray through pixel (x, y): sample `index` of the pixel's sequence.
-pub fn sample_pixel(scene: &Scene, x: u32, y: u32, index: u32, counts: &mut RayCounts) -> Vec3 {
+/// The radiance through pixel (x, y), by sample `index` of its sequence: along one camera ray, but for what is seen straight, which on
+/// the rims of lamps is looked at more closely.
+pub fn sample_pixel(
+    scene: &Scene,
+    rims: &Rims,
+    [x, y]: [u32; 2],
+    index: u32,
+    counts: &mut RayCounts,
+) -> Vec3 {
     let sampler = PixelSampler::woven(scene.seed, scene.weave, [x, y], index);
-    let [fx, fy, lx, ly] = sampler.draw4(0);
-    let offset = scene.filter.sample(Vec2::new(fx, fy));
-    let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
-    counts.camera += 1;
-    let ray = scene.camera.ray(at, Vec2::new(lx, ly));
-    let competition = Competition::new(scene, ray.direction, offset);
-    trace_path(scene, ray, competition, &sampler, counts)
+    let mut path = Path::from_camera(scene, [x, y], &sampler, counts);
+    if let Some((share, radiance)) = rims.glances(scene, [x, y], index, counts) {
+        path = Path { share, radiance, ..path };
+    }
+    path.trace(scene, &sampler, counts)
 }
 
 /// A way that light may have come, from the camera as far as it has been followed.
@@ -83,6 +90,8 @@ struct Path {
     /// Gathered so far.
     radiance: Vec3,
     throughput: Vec3,
+    /// Of the light that the ray meets, the part that is counted: other rays may look for it as well.
+    share: f32,
     /// Squared ratio of refractive indices along the path: what refraction did to the throughput is no reason to end it.
     eta_scale: f32,
     competition: Competition,
@@ -110,25 +119,6 @@ struct Surface {
     is_wall: bool,
 }
 
-fn trace_path(
-    scene: &Scene,
-    ray: Ray,
-    competition: Competition,
-    sampler: &PixelSampler,
-    counts: &mut RayCounts,
-) -> Vec3 {
-    let mut stem = Path::new(ray, competition);
-    while let Some(surface) = stem.arrive(scene, sampler, counts) {
-        if surface.branches(scene) {
-            return stem.radiance + branched(scene, &stem, &surface, sampler, counts);
-        }
-        if !stem.scatter(scene, &surface, sampler, counts) {
-            break;
-        }
-    }
-    stem.radiance
-}
-
 /// What comes by way of a surface that the stem has arrived at: the mean of several paths from there on.
 fn branched(
     scene: &Scene,
@@ -142,7 +132,7 @@ fn branched(
         let sampler = sampler.branch(branch, scene.branches);
         let mut path = Path { radiance: Vec3::ZERO, ..stem.clone() };
         let mut goes_on = path.scatter(scene, surface, &sampler, counts);
-        while goes_on && let Some(surface) = path.arrive(scene, &sampler, counts) {
+        while goes_on && let Some(surface) = path.arrive::<false>(scene, &sampler, counts) {
             goes_on = path.scatter(scene, &surface, &sampler, counts);
         }
         sum += path.radiance;
@@ -162,12 +152,20 @@ impl Surface {
 }
 
 impl Path {
-    fn new(ray: Ray, competition: Competition) -> Self {
+    #[inline(always)]
+    fn from_camera(scene: &Scene, [x, y]: [u32; 2], sampler: &PixelSampler, counts: &mut RayCounts) -> Self {
+        let [fx, fy, lx, ly] = sampler.draw4(0);
+        let offset = scene.filter.sample(Vec2::new(fx, fy));
+        let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
+        counts.camera += 1;
+        let ray = scene.camera.ray(at, Vec2::new(lx, ly));
+        let competition = Competition::new(scene, ray.direction, offset);
         Self {
             ray,
             arrival: Arrival { from: ray.origin, pdf: None },
             radiance: Vec3::ZERO,
             throughput: Vec3::ONE,
+            share: 1.0,
             eta_scale: 1.0,
             competition,
             bounces: BounceCounts::default(),
@@ -178,12 +176,33 @@ impl Path {
         }
     }
 
-    /// Follows the ray to the next surface that scatters and adds the light that comes from there; `None` where the path ends.
-    fn arrive(&mut self, scene: &Scene, sampler: &PixelSampler, counts: &mut RayCounts) -> Option<Surface> {
+    /// The radiance along it, to its end.
+    #[inline(always)]
+    fn trace(mut self, scene: &Scene, sampler: &PixelSampler, counts: &mut RayCounts) -> Vec3 {
+        while let Some(surface) = self.arrive::<false>(scene, sampler, counts) {
+            if surface.branches(scene) {
+                return self.radiance + branched(scene, &self, &surface, sampler, counts);
+            }
+            if !self.scatter(scene, &surface, sampler, counts) {
+                break;
+            }
+        }
+        self.radiance
+    }
+
+    /// Follows the ray to the next surface that scatters and adds the light that comes from there; `None` where the path ends, as one
+    /// that does but `GLANCE` does at the first surface.
+    fn arrive<const GLANCE: bool>(
+        &mut self,
+        scene: &Scene,
+        sampler: &PixelSampler,
+        counts: &mut RayCounts,
+    ) -> Option<Surface> {
         loop {
             let first = self.index == 0;
             let Some(hit) = meet(scene, &mut self.ray, sampler, self.index) else {
-                self.radiance += self.throughput * escaped(scene, &self.ray, &self.arrival, first);
+                let found = escaped(scene, &self.ray, &self.arrival, first);
+                self.radiance += self.throughput * self.share * found;
                 return None;
             };
             let id = scene.material_id(&hit);
@@ -199,11 +218,14 @@ impl Path {
                 _ => self.throughput *= beer(self.media.absorption(), hit.t),
             }
             if let Some(color) = material::unlit(material, &scene.textures, &point) {
-                self.radiance += self.throughput * color;
+                self.radiance += self.throughput * self.share * color;
                 return None;
             }
             let found = emitted(scene, &hit, &point, wo, &self.arrival, &self.competition);
-            self.radiance += self.throughput * found;
+            self.radiance += self.throughput * self.share * found;
+            if GLANCE {
+                return None;
+            }
             if self.bounces.exhausted(scene) {
                 // Light that needs no more scattering may still be behind walls.
                 self.throughput *= material::passed_straight(material, &scene.textures, &point, wo);
@@ -236,6 +258,7 @@ impl Path {
 
     fn set_out(&mut self, point: &SurfacePoint, wi: Vec3, counts: &mut RayCounts) {
         self.ray = onward(point, wi);
+        self.share = 1.0;
         self.index += 1;
         counts.bounce += 1;
     }
@@ -385,6 +408,7 @@ fn escaped(scene: &Scene, ray: &Ray, arrival: &Arrival, from_camera: bool) -> Ve
 }
 
 /// What the surface a ray met sends back along it.
+#[inline(always)]
 fn emitted(
     scene: &Scene,
     hit: &Hit,

@@ -30,7 +30,7 @@ pub use settings::{
 use crate::{
     compile::Scene,
     film::{Film, relative_error},
-    integrator::{RayCounts, Splat, sample_pixel, trace_lamp_path},
+    integrator::{RayCounts, Rims, Splat, sample_pixel, trace_lamp_path},
 };
 use schedule::Schedule;
 
@@ -70,11 +70,14 @@ pub enum Error {
 
 /// Renders `scene`. `monitor` shows how far it is, from any thread, and can cancel it.
 pub fn render(scene: &Scene, settings: &Settings, monitor: &Monitor) -> Result<Rendering, Error> {
-    let sample = |x, y, index, rays: &mut RayCounts| sample_pixel(scene, x, y, index, rays);
+    let film = blank(settings, scene.aim.is_some())?;
+    let run = Run::start(settings, monitor)?;
+    let rims = run.pool.install(|| Rims::find(scene, settings, &|| run.is_over()));
+    let sample = |x, y, index, rays: &mut RayCounts| sample_pixel(scene, &rims, [x, y], index, rays);
     let lamp = |x, y, index, rays: &mut RayCounts, splats: &mut Vec<Splat>| {
         trace_lamp_path(scene, [x, y], index, rays, splats);
     };
-    render_both(&sample, scene.aim.as_ref().map(|_| &lamp), settings, monitor)
+    Ok(run.render(film, &sample, scene.aim.as_ref().map(|_| &lamp)))
 }
 
 /// Renders what `sample` returns for (x, y, sample index), x and y being pixels of the whole picture even where only a
@@ -84,51 +87,69 @@ where
     S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
 {
     let no_lamp = None::<&fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>)>;
-    render_both(sample, no_lamp, settings, monitor)
+    let film = blank(settings, false)?;
+    Ok(Run::start(settings, monitor)?.render(film, sample, no_lamp))
 }
 
-/// `lamp` traces a path from a lamp, of which one goes with every [`SAMPLES_A_LAMP_PATH`](crate::light::SAMPLES_A_LAMP_PATH)
-/// samples of a pixel.
-fn render_both<S, L>(
-    sample: &S,
-    lamp: Option<&L>,
-    settings: &Settings,
-    monitor: &Monitor,
-) -> Result<Rendering, Error>
-where
-    S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
-    L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>) + Sync,
-{
-    let start = Instant::now();
-    let deadline = settings.time.and_then(|budget| start.checked_add(budget));
-    let [x, y, width, height] = settings.window();
-    let mut film = match lamp {
-        Some(_) => Film::new(width, height).and_then(Film::with_lamps),
-        None => Film::new(width, height),
-    }
-    .map_err(|source| Error::Memory { width, height, source })?;
-    let mut rays = RayCounts::default();
-    let stop = || monitor.is_cancelled() || deadline.is_some_and(|end| Instant::now() >= end);
+fn blank(settings: &Settings, with_lamps: bool) -> Result<Film, Error> {
+    let [.., width, height] = settings.window();
+    let film = Film::new(width, height);
+    let film = if with_lamps { film.and_then(Film::with_lamps) } else { film };
+    film.map_err(|source| Error::Memory { width, height, source })
+}
 
-    let (outcome, noise) = thread_pool(settings.threads)?.install(|| {
-        let mut schedule = Schedule::new(settings);
-        let mut work = pass::no_work(width, height);
-        loop {
-            let noise = relative_error(&film);
-            let end = schedule.advance(&film, &work, noise);
-            monitor.report(schedule.expected(&film, monitor.samples(), noise), noise);
-            if let Some(outcome) = end {
-                return (outcome, noise);
+/// A picture that is being made.
+struct Run<'a> {
+    settings: &'a Settings,
+    monitor: &'a Monitor,
+    pool: ThreadPool,
+    start: Instant,
+    deadline: Option<Instant>,
+}
+
+impl<'a> Run<'a> {
+    fn start(settings: &'a Settings, monitor: &'a Monitor) -> Result<Self, Error> {
+        let start = Instant::now();
+        let deadline = settings.time.and_then(|budget| start.checked_add(budget));
+        Ok(Self { settings, monitor, pool: thread_pool(settings.threads)?, start, deadline })
+    }
+
+    /// Whether it is to end now, as far as it is.
+    fn is_over(&self) -> bool {
+        self.monitor.is_cancelled() || self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// `lamp` traces a path from a lamp, of which one goes with every [`SAMPLES_A_LAMP_PATH`](crate::light::SAMPLES_A_LAMP_PATH)
+    /// samples of a pixel.
+    fn render<S, L>(self, mut film: Film, sample: &S, lamp: Option<&L>) -> Rendering
+    where
+        S: Fn(u32, u32, u32, &mut RayCounts) -> Vec3 + Sync,
+        L: Fn(u32, u32, u32, &mut RayCounts, &mut Vec<Splat>) + Sync,
+    {
+        let [x, y, width, height] = self.settings.window();
+        let mut rays = RayCounts::default();
+        let monitor = self.monitor;
+        let (outcome, noise) = self.pool.install(|| {
+            let mut schedule = Schedule::new(self.settings);
+            let mut work = pass::no_work(width, height);
+            loop {
+                let noise = relative_error(&film);
+                let end = schedule.advance(&film, &work, noise);
+                monitor.report(schedule.expected(&film, monitor.samples(), noise), noise);
+                if let Some(outcome) = end {
+                    return (outcome, noise);
+                }
+                let pass = pass::Pass { origin: [x, y], schedule: &schedule, monitor };
+                let is_whole = !self.is_over()
+                    && pass.run(&mut film, &mut work, sample, lamp, &|| self.is_over(), &mut rays);
+                if !is_whole {
+                    let outcome = if monitor.is_cancelled() { Outcome::Cancelled } else { Outcome::TimeUp };
+                    return (outcome, relative_error(&film));
+                }
             }
-            let pass = pass::Pass { origin: [x, y], schedule: &schedule, monitor };
-            let is_whole = !stop() && pass.run(&mut film, &mut work, sample, lamp, &stop, &mut rays);
-            if !is_whole {
-                let outcome = if monitor.is_cancelled() { Outcome::Cancelled } else { Outcome::TimeUp };
-                return (outcome, relative_error(&film));
-            }
-        }
-    });
-    Ok(Rendering { film, outcome, rays, duration: start.elapsed(), noise })
+        });
+        Rendering { film, outcome, rays, duration: self.start.elapsed(), noise }
+    }
 }
 
 /// The threads that all heavy work runs on. `None`: as many as the machine has.
