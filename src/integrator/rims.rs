@@ -15,7 +15,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Path, RayCounts};
+use super::{Path, RayCounts, meet};
 use crate::{color::luminance, compile::Scene, render::Settings, sampling::sobol::PixelSampler};
 
 /// With fewer samples a pixel, there are none: to find them costs too much of the time.
@@ -101,10 +101,16 @@ fn glance(scene: &Scene, pixel: [u32; 2], sampler: &PixelSampler, counts: &mut R
     path.radiance
 }
 
-/// The luminance of what one ray sees straight in a pixel.
+/// The luminance of the lamp that one ray meets in a pixel; 0 where it meets none.
 fn scout(scene: &Scene, pixel: [u32; 2]) -> f32 {
     let sampler = PixelSampler::new(scene.seed ^ SCOUT_SALT, pixel[0], pixel[1], 0);
-    luminance(glance(scene, pixel, &sampler, &mut RayCounts::default()))
+    let mut ray = Path::from_camera(scene, pixel, &sampler, &mut RayCounts::default()).ray;
+    let Some(hit) = meet(scene, &mut ray, &sampler, 0) else { return 0.0 };
+    if !scene.objects[hit.object as usize].emits {
+        return 0.0;
+    }
+    let point = scene.surface_point(&ray, &hit);
+    luminance(scene.emission(&hit, &point.uvs, -ray.direction.dot(point.ng)))
 }
 
 /// How many rays of each sample are to look for what is seen straight in a pixel, in or beside which there is a `lamp` of this luminance: 0
