@@ -23,6 +23,14 @@ pub use noise::{noise_floor, relative_error};
 pub use pixel::Pixel;
 pub use tile::Tile;
 
+/// The pixels up to `reach` from pixel `i`, itself among them, of `len` in rows of `width`.
+pub fn around(i: usize, reach: usize, width: usize, len: usize) -> impl Iterator<Item = usize> + Clone {
+    let (x, y) = (i % width, i / width);
+    let rows = y.saturating_sub(reach)..(y + reach + 1).min(len / width);
+    let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+    rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+}
+
 /// The sums of every pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {

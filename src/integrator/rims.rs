@@ -16,7 +16,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Path, RayCounts, meet};
-use crate::{color::luminance, compile::Scene, render::Settings, sampling::sobol::PixelSampler};
+use crate::{
+    color::luminance, compile::Scene, film::around, render::Settings, sampling::sobol::PixelSampler,
+};
 
 /// With fewer samples a pixel, there are none: to find them costs too much of the time.
 const RIMS_FROM: u32 = 16;
@@ -61,11 +63,9 @@ impl Rims {
         let look = |i| if stop() { 0.0 } else { scout(scene, pixel(i)) };
         let seen: Vec<f32> = pixels.clone().map(look).collect();
         let study = |i: usize| {
-            let (x, y) = (i % columns, i / columns);
-            let around = (y.saturating_sub(1)..(y + 2).min(rows))
-                .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(columns)).map(move |x| y * columns + x));
             let range = |[low, high]: [f32; 2], y: f32| [low.min(y), high.max(y)];
-            let [low, high] = around.map(|i| seen[i]).fold([f32::INFINITY, 0.0], range);
+            let [low, high] =
+                around(i, 1, columns, seen.len()).map(|j| seen[j]).fold([f32::INFINITY, 0.0], range);
             if high > CONTRAST * low && !stop() { glances(scene, pixel(i), high, samples) } else { 0 }
         };
         let glances: Vec<u8> = pixels.map(study).collect();
@@ -127,7 +127,7 @@ fn glances(scene: &Scene, pixel: [u32; 2], lamp: f32, samples: u32) -> u8 {
     if lamp < CONTRAST * scattered {
         return 0;
     }
-    let rays = (2 * samples).clamp(32, 256);
+    let rays = 2 * samples.min(128);
     let of_ray = |i| luminance(glance(scene, pixel, &sampler(i), &mut counts));
     let seen: Vec<f32> = (0..rays).map(of_ray).collect();
     let mean = seen.iter().sum::<f32>() / rays as f32;

@@ -21,7 +21,7 @@
 use rayon::prelude::*;
 
 use super::pass::{LEAST_WORK, TILE_SIDE};
-use crate::film::{Film, noise_floor};
+use crate::film::{Film, around, noise_floor};
 
 /// No pixel gets more than so many times the samples asked for.
 const MOST: u32 = 16;
@@ -130,15 +130,11 @@ fn wishes(variances: &[f32], costs: &Costs, width: usize) -> Vec<f32> {
 
 /// The mean over the window around `i` without its middle; 1 where there is nothing else.
 fn mean_of_others(values: &[f32], width: usize, i: usize) -> f32 {
-    let (x, y) = (i % width, i / width);
-    let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(values.len() / width);
-    let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
-    let others = rows.len() * columns.len() - 1;
-    if others == 0 {
-        return 1.0;
+    let others = || around(i, REACH, width, values.len()).filter(|&j| j != i);
+    match others().count() {
+        0 => 1.0,
+        count => others().map(|j| values[j]).sum::<f32>() / count as f32,
     }
-    let all = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
-    all.filter(|&j| j != i).map(|j| values[j]).sum::<f32>() / others as f32
 }
 
 /// The number of samples of each pixel for any λ.
