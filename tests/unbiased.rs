@@ -247,7 +247,7 @@ material = "mirror"
     check("chain", &metals(metal, mirror, &format!("{TWO}{wall}")), BOX);
 }
 
-/// Where a facet is shaded as part of a ball, light goes one way otherwise than the other: such paths are left to the camera.
+/// Interpolated normals, by which paths from both ends must reckon alike.
 #[test]
 fn lamps_above_a_faceted_metal_ball() {
     let metal = r#"{ type = "metal", color = [0.9, 0.7, 0.5], roughness = 0.32 }"#;
