@@ -32,6 +32,8 @@ pub trait Lanes: Copy {
     fn exceeds(self, other: Self, units: i32) -> u32;
     /// Of each lane its bits, above those of `low`.
     fn above(self, low: &[u32; WIDTH]) -> [u64; WIDTH];
+    /// The items whose bits are set in `lanes`, from the last to the first, and then any.
+    fn pack(items: &[u32; WIDTH], lanes: u32) -> [u32; WIDTH];
     /// Where `mask` is set `a`, elsewhere `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     fn le(self, other: Self) -> Self::Mask;
@@ -139,6 +141,15 @@ impl Lanes for Portable {
         out
     }
     #[inline(always)]
+    fn pack(items: &[u32; WIDTH], lanes: u32) -> [u32; WIDTH] {
+        let set = (0..WIDTH).rev().filter(|lane| lanes >> lane & 1 == 1);
+        let mut out = [0; WIDTH];
+        for (out, lane) in out.iter_mut().zip(set) {
+            *out = items[lane];
+        }
+        out
+    }
+    #[inline(always)]
     fn select(mask: u32, a: Self, b: Self) -> Self {
         let mut out = b;
         for i in 0..WIDTH {
@@ -183,6 +194,24 @@ mod avx2 {
     /// is inlined.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256);
+
+    /// Of each set of lanes, which they are, from the last to the first.
+    static PACKED: [[u8; WIDTH]; 256] = {
+        let mut table = [[0; WIDTH]; 256];
+        let mut lanes = 0;
+        while lanes < 256 {
+            let (mut lane, mut count) = (WIDTH, 0);
+            while lane > 0 {
+                lane -= 1;
+                if lanes >> lane & 1 == 1 {
+                    table[lanes][count] = lane as u8;
+                    count += 1;
+                }
+            }
+            lanes += 1;
+        }
+        table
+    };
 
     impl Avx2 {
         /// Whether this processor has everything the kernel is compiled for.
@@ -280,6 +309,17 @@ mod avx2 {
             out
         }
         #[inline(always)]
+        fn pack(items: &[u32; WIDTH], lanes: u32) -> [u32; WIDTH] {
+            let mut out = [0; WIDTH];
+            unsafe {
+                let from = _mm_loadl_epi64((&raw const PACKED[lanes as usize & 255]).cast());
+                let items = _mm256_loadu_si256(items.as_ptr().cast());
+                let packed = _mm256_permutevar8x32_epi32(items, _mm256_cvtepu8_epi32(from));
+                _mm256_storeu_si256(out.as_mut_ptr().cast(), packed);
+            }
+            out
+        }
+        #[inline(always)]
         fn select(mask: __m256, a: Self, b: Self) -> Self {
             Self(unsafe { _mm256_blendv_ps(b.0, a.0, mask) })
         }
@@ -307,6 +347,29 @@ mod avx2 {
         fn prefetch(address: *const u8) {
             // SAFETY: a prefetch of any address is harmless.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pack_of<L: Lanes>() {
+        let items = std::array::from_fn(|i| 10 + i as u32);
+        for lanes in 0..=ALL {
+            let set = (0..WIDTH).rev().filter(|i| lanes >> i & 1 == 1).map(|i| items[i]);
+            let packed = L::pack(&items, lanes);
+            assert!(packed.into_iter().take(lanes.count_ones() as usize).eq(set), "{lanes:b}: {packed:?}");
+        }
+    }
+
+    #[test]
+    fn packs_every_set_of_lanes() {
+        pack_of::<Portable>();
+        #[cfg(target_arch = "x86_64")]
+        if Avx2::available() {
+            pack_of::<Avx2>();
         }
     }
 }
