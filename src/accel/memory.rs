@@ -1,12 +1,32 @@
 //! Memory for what is large: in huge pages, where the system has them for the asking. Rays go through it at random, and with pages of
 //! 4 KiB most steps would miss the cache of addresses as well.
 
+use rayon::prelude::*;
+
 /// As `Vec::with_capacity`.
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let vec = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
     advise(vec.as_ptr() as usize, capacity * size_of::<T>());
     vec
+}
+
+/// All of `chunks`, one after the other, copied in parallel: most of the time is that of touching new memory. Each is given back as soon
+/// as it is copied.
+pub fn concat<T: Copy + Send + Sync>(chunks: Vec<Vec<T>>) -> Vec<T> {
+    let len = chunks.iter().map(Vec::len).sum();
+    let mut all = with_capacity(len);
+    let mut free = &mut all.spare_capacity_mut()[..len];
+    let mut places = Vec::with_capacity(chunks.len());
+    for chunk in chunks {
+        let (place, rest) = free.split_at_mut(chunk.len());
+        places.push((place, chunk));
+        free = rest;
+    }
+    places.into_par_iter().for_each(|(place, chunk)| _ = place.write_copy_of_slice(&chunk));
+    // SAFETY: the places are as long as `all` together, and each has been written.
+    unsafe { all.set_len(len) };
+    all
 }
 
 #[cfg(target_os = "linux")]

@@ -39,6 +39,9 @@ const TAG: u32 = 0x4000_0000;
 pub const MAX_NUMBER: u32 = 1 << 29;
 
 impl Part {
+    /// Stands where there is none: its fourth lane is that of no number.
+    const NONE: Self = Self { low: Vec4::ZERO, high: Vec4::ZERO };
+
     /// `number` is below [`MAX_NUMBER`].
     pub fn new(bounds: &Aabb, number: u32) -> Self {
         debug_assert!(number < MAX_NUMBER);
@@ -48,6 +51,10 @@ impl Part {
 
     pub fn number(&self) -> u32 {
         self.low.w.to_bits() - TAG
+    }
+
+    fn is_none(&self) -> bool {
+        self.low.w == 0.0
     }
 
     pub fn bounds(&self) -> Aabb {
@@ -106,12 +113,11 @@ pub fn of_triangles(count: u32, corners: impl Fn(u32) -> Option<[Vec3; 3]> + Syn
         let (a, b, c) = (Vec3A::from(a), Vec3A::from(b), Vec3A::from(c));
         Some(Part::new(&Aabb::new(a.min(b).min(c), a.max(b).max(c)), i))
     };
-    let chunk =
-        |first: u32| -> Vec<Part> { (first..count.min(first + CHUNK as u32)).filter_map(part).collect() };
-    let chunks: Vec<Vec<Part>> =
-        (0..count.div_ceil(CHUNK as u32)).into_par_iter().map(|i| chunk(i * CHUNK as u32)).collect();
-    let mut parts = memory::with_capacity(chunks.iter().map(Vec::len).sum());
-    chunks.into_iter().for_each(|chunk| parts.extend(chunk));
+    let mut parts = memory::with_capacity(count as usize);
+    parts.par_extend((0..count).into_par_iter().map(|i| part(i).unwrap_or(Part::NONE)));
+    if parts.par_iter().any(Part::is_none) {
+        parts.retain(|part| !part.is_none());
+    }
     parts
 }
 

@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use obvhs::bvh2::Bvh2;
+use rayon::prelude::*;
 
 use super::lanes::WIDTH;
 
@@ -37,7 +38,7 @@ type Costs = (usize, [f32; WIDTH - 1]);
 
 impl Plan {
     pub fn new(tree: &Bvh2, size: LeafSize) -> Self {
-        let plan = Self { words: tree.nodes.iter().map(|_| AtomicU32::new(LEAF)).collect() };
+        let plan = Self { words: tree.nodes.par_iter().map(|_| AtomicU32::new(LEAF)).collect() };
         plan.subtree(tree, size, 0, PARALLEL_LEVELS);
         plan
     }

@@ -7,6 +7,7 @@
 //! A leaf is a range of the parts, which are put in order on the way: at most as many as are tested together.
 
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use rayon::prelude::*;
 
 use super::{
     bins::Bins,
@@ -28,16 +29,15 @@ pub fn build(parts: &mut [Part], block: usize, thin: Thin) -> Bvh2 {
     if parts.is_empty() {
         return Bvh2::default();
     }
-    let mut set = Set::EMPTY;
-    parts.iter().for_each(|part| set.add(part));
+    let set = parts.par_chunks(PARALLEL).map(Set::of).reduce(|| Set::EMPTY, |a, b| a.join(&b));
     let (mut root, below) = Builder { block, thin }.grow(parts, 0, set, 1);
-    let mut nodes = memory::with_capacity(1 + below.len as usize);
     shift(&mut root, 1);
-    nodes.push(root);
-    for (by, mut chunk) in below.chunks {
+    let mut chunks = vec![vec![root]];
+    chunks.par_extend(below.chunks.into_par_iter().map(|(by, mut chunk)| {
         chunk.iter_mut().for_each(|node| shift(node, by + 1));
-        nodes.append(&mut chunk);
-    }
+        chunk
+    }));
+    let nodes = memory::concat(chunks);
     Bvh2 { nodes, ..Bvh2::default() }
 }
 
@@ -57,10 +57,20 @@ struct Set {
 impl Set {
     const EMPTY: Self = Self { span: Span::EMPTY, centers: Span::EMPTY };
 
+    fn of(parts: &[Part]) -> Self {
+        let mut set = Self::EMPTY;
+        parts.iter().for_each(|part| set.add(part));
+        set
+    }
+
     #[inline(always)]
     fn add(&mut self, part: &Part) {
         self.span.add(part);
         self.centers.add_point(part.center());
+    }
+
+    fn join(&self, other: &Self) -> Self {
+        Self { span: self.span.join(&other.span), centers: self.centers.join(&other.centers) }
     }
 }
 
@@ -181,10 +191,7 @@ impl Builder<'_> {
             let key = |p: &Part| (p.center()[axis], p.number());
             key(a).0.total_cmp(&key(b).0).then(key(a).1.cmp(&key(b).1))
         });
-        let mut sets = [Set::EMPTY; 2];
-        parts[..half].iter().for_each(|p| sets[0].add(p));
-        parts[half..].iter().for_each(|p| sets[1].add(p));
-        Split::At(half, parts.len(), sets)
+        Split::At(half, parts.len(), [Set::of(&parts[..half]), Set::of(&parts[half..])])
     }
 }
 

@@ -60,20 +60,7 @@ pub fn collapse(
     let writer = Writer { tree, parts, plan: &Plan::new(tree, size), leaf: &leaf };
     let Written { lines, chunks } = writer.written(0, PARALLEL_LEVELS);
     assert!(lines <= MAX_LINES, "too much for one tree");
-    let mut all = memory::with_capacity(lines);
-    for mut chunk in chunks {
-        let leaves = chunk.before + NODE * chunk.nodes.len();
-        for word in chunk.nodes.iter_mut().flat_map(|node| &mut node.child) {
-            *word += match *word {
-                LEAF => 0, // unused
-                leaf if leaf & LEAF != 0 => leaves as u32,
-                _ => chunk.before as u32,
-            };
-        }
-        lines::extend(&mut all, &chunk.nodes);
-        all.append(&mut chunk.leaves);
-    }
-    all
+    memory::concat(chunks.into_par_iter().flat_map_iter(Chunk::placed).collect())
 }
 
 /// A subtree: how much there is, in chunks.
@@ -94,6 +81,19 @@ struct Chunk {
 impl Chunk {
     fn lines(&self) -> usize {
         NODE * self.nodes.len() + self.leaves.len()
+    }
+
+    /// Its nodes, with words that count from the beginning of the tree, and its leaves.
+    fn placed(mut self) -> [Vec<Line>; 2] {
+        let leaves = self.before + NODE * self.nodes.len();
+        for word in self.nodes.iter_mut().flat_map(|node| &mut node.child) {
+            *word += match *word {
+                LEAF => 0, // unused
+                leaf if leaf & LEAF != 0 => leaves as u32,
+                _ => self.before as u32,
+            };
+        }
+        [lines::from(self.nodes), self.leaves]
     }
 }
 
