@@ -92,7 +92,8 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     RoughDielectric(RoughDielectric),
     Pbr(Pbr),
-    /// On the heap: few surfaces have layers, and the others need not carry their size.
+    /// On the heap: few surfaces have layers, and to carry their size everywhere costs all scenes more (2 to 11 % of the instructions of a
+    /// path, with layers too) than to allocate them.
     Layered(Box<Layered>),
 }
 
