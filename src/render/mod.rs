@@ -1,13 +1,12 @@
 //! From a function of (pixel, sample index) to a film: passes, tiles, threads, and when to stop.
 //!
-//! First the rims of lamps are looked for, where samples take more rays ([`Rims`]). Then a picture is made in passes over all pixels that still
-//! need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
-//! each), so that there is soon something to show and little is lost when something stops; after the first of the work, the rest goes
-//! where the noise is (`schedule.rs`, `allotment.rs`). Each pass hands tiles of the film to the threads of a pool; a tile has one owner, which
-//! adds samples to each pixel in the order of their index. Between passes the film's state alone decides which pixels go on, and whether the
-//! picture is good enough. So the film is the same to the
-//! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
-//! holds its first n samples, whatever n it got to. (Where the time ends the search for rims, too, it decides which pixels have some.)
+//! First the rims of lamps are looked for, where samples take more rays ([`Rims`]). Then a picture is made in passes over all pixels that
+//! still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples each), so that every pixel soon shows something and little is lost when
+//! something stops; after the first of the work, the rest goes where the noise is (`schedule.rs`, `allotment.rs`). Each pass hands tiles
+//! of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their index. Between
+//! passes the film's state alone decides which pixels go on, and whether the picture is good enough. So the film is the same to the bit
+//! for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then holds its first n
+//! samples, whatever n it got to. (Where time ends the search for rims as well, it decides which pixels take more rays a sample.)
 
 mod allotment;
 mod monitor;
