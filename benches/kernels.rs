@@ -7,18 +7,22 @@
 use std::{hint::black_box, path::Path, time::Duration};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Vec2, Vec3};
 use rayo::{
     bsdf::Bsdf,
     compile::{Scene, compile},
-    geometry::Ray,
+    geometry::{Frame, Ray},
     import::assemble,
     integrator::{RayCounts, Rims, sample_pixel},
+    light::{Receiver, Source},
     material,
     sampling::sobol::PixelSampler,
     scene,
     texture::Textures,
-    world::{ColorSpace, Filter, Image, ImageId, Light, Texels, Texture, TextureId, TextureRef, World, Wrap},
+    world::{
+        ColorSpace, Filter, Image, ImageId, Instance, Light, Mesh, MeshId, Texels, Texture, TextureId,
+        TextureRef, World, Wrap,
+    },
 };
 
 const INPUTS: u32 = 1024;
@@ -156,30 +160,81 @@ fn textures(criterion: &mut Criterion) {
     }
 }
 
-/// Choosing one of many lamps and a direction towards it, and the density of a direction found by chance.
+/// Choosing one of many lamps and a point of it, as glossy surfaces all about do; and of glowing triangles the density that such a
+/// choice has, where a path meets one by chance.
 fn lights(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("light");
     group.throughput(Throughput::Elements(INPUTS.into()));
+    let inputs = points().into_iter().map(|[x, y, z, u]| {
+        let inwards = (0.5 - Vec3::new(x, y, z)).normalize_or(Vec3::Z);
+        let receiver = Receiver::new(Frame::from_z(inwards), Vec3::new(0.6, 0.0, 0.8), [0.5, 0.5], 0.3);
+        (20.0 * Vec3::new(x, y, z), receiver, u)
+    });
+    let inputs: Vec<_> = inputs.collect();
     for count in [10, 1000, 100_000] {
-        let mut world = world("[camera]\nposition = [0, 0, 3]");
-        let lamp = |i: u32| {
-            let [x, y, z, power] = PixelSampler::new(3, i, 0, 0).draw4(0);
-            Light::Point { position: 20.0 * Vec3::new(x, y, z), intensity: Vec3::splat(0.1 + power) }
-        };
-        world.0.model.lights.extend((0..count).map(lamp));
-        let scene = compile(world.0, &world.1);
-        let inputs: Vec<_> = points().iter().map(|&[x, y, z, u]| (20.0 * Vec3::new(x, y, z), u)).collect();
-        group.bench_function(format!("{count}"), |bencher| {
-            bencher.iter(|| {
-                inputs
-                    .iter()
-                    .filter_map(|&(p, u)| {
-                        scene.lights.sample(p, &rayo::light::Receiver::anywhere(), u, Vec2::new(u, 1.0 - u))
-                    })
-                    .count()
+        for (kind, scene) in [("points", point_lights(count)), ("triangles", glowing_triangles(count))] {
+            let sample = |(p, receiver, u): &(Vec3, Receiver, f32)| {
+                scene.lights.sample(*p, receiver, *u, Vec2::new(*u, 1.0 - u))
+            };
+            group.bench_function(format!("{count}/{kind}/sample"), |bencher| {
+                bencher.iter(|| inputs.iter().filter_map(sample).count());
             });
-        });
+            let found: Vec<_> = inputs
+                .iter()
+                .filter_map(|input| match sample(input)?.source {
+                    Source::Surface { object, primitive, point, .. } => {
+                        Some((scene.objects[object as usize].emitter(primitive)?, input.0, point))
+                    }
+                    Source::Radiance(_) => None,
+                })
+                .collect();
+            if found.is_empty() {
+                continue;
+            }
+            let found: Vec<_> = found.iter().cycle().take(INPUTS as usize).collect();
+            group.bench_function(format!("{count}/{kind}/pdf"), |bencher| {
+                let pdf = |&&(emitter, p, point): &&_| scene.lights.mis_pdf_surface(emitter, p, point);
+                bencher.iter(|| found.iter().map(pdf).sum::<f32>());
+            });
+        }
     }
+}
+
+fn point_lights(count: u32) -> Scene {
+    let (mut world, settings) = world("[camera]\nposition = [0, 0, 3]");
+    let lamp = |i: u32| {
+        let [x, y, z, power] = PixelSampler::new(3, i, 0, 0).draw4(0);
+        Light::Point { position: 20.0 * Vec3::new(x, y, z), intensity: Vec3::splat(0.1 + power) }
+    };
+    world.model.lights.extend((0..count).map(lamp));
+    compile(world, &settings)
+}
+
+/// At the same places, of several sizes, turned every way.
+fn glowing_triangles(count: u32) -> Scene {
+    let (mut world, settings) = world(
+        "sphere = [{ material = \"m\" }]\n[camera]\nposition = [0, 0, 3]\n[materials]\n\
+         m = { type = \"emissive\", color = [1, 1, 1] }",
+    );
+    let material = world.spheres.remove(0).material;
+    let corners = |i: u32| {
+        let [x, y, z, power] = PixelSampler::new(3, i, 0, 0).draw4(0);
+        let corner = 20.0 * Vec3::new(x, y, z);
+        let edge = |a: f32, b: f32, c: f32| 0.2 * (Vec3::new(a, b, c) - 0.5);
+        [corner, corner + edge(y, z, power), corner + edge(power, x, y)]
+    };
+    world.model.meshes.push(Mesh {
+        positions: (0..count).flat_map(corners).collect(),
+        triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
+    });
+    world.model.instances.push(Instance {
+        name: String::new(),
+        mesh: MeshId(0),
+        to_world: Affine3A::IDENTITY,
+        materials: vec![material],
+    });
+    compile(world, &settings)
 }
 
 fn environment(criterion: &mut Criterion) {

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use rayo::{
     accel::Quality,
-    compile::compile,
+    compile::{Scene, compile},
     import::assemble,
+    integrator::Rims,
     render::{self, Monitor, Settings},
     scene,
 };
@@ -15,12 +16,16 @@ fn film(name: &str, threads: usize, seed: u64) -> Vec<u64> {
     film_of(name, |settings| Settings { threads: Some(threads), seed, ..settings })
 }
 
-fn film_of(name: &str, change: impl Fn(Settings) -> Settings) -> Vec<u64> {
+fn compiled(name: &str, change: impl Fn(Settings) -> Settings) -> (Scene, Settings) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = scene::load(&file).unwrap_or_else(|all| panic!("{all:?}"));
     let (world, settings, _) = assemble(scene).unwrap_or_else(|all| panic!("{all:?}"));
     let settings = change(Settings { size: [60, 40], samples: 24, ..settings });
-    let scene = compile(world, &settings);
+    (compile(world, &settings), settings)
+}
+
+fn film_of(name: &str, change: impl Fn(Settings) -> Settings) -> Vec<u64> {
+    let (scene, settings) = compiled(name, change);
     let rendering = render::render(&scene, &settings, &Monitor::default()).expect("rendered");
     let film = rendering.film;
     let pixels = film.pixels().iter().enumerate();
@@ -35,12 +40,20 @@ fn film_of(name: &str, change: impl Fn(Settings) -> Settings) -> Vec<u64> {
 
 #[test]
 fn pictures_do_not_depend_on_the_number_of_threads() {
-    for name in ["cover.toml", "cornell.toml", "still-life.toml"] {
+    for name in ["cover.toml", "cornell.toml", "still-life.toml", "street.toml"] {
         let one = film(name, 1, 0);
         assert!(one == film(name, 2, 0), "{name}: 2 threads differ from 1");
         assert!(one == film(name, 7, 0), "{name}: 7 threads differ from 1");
         assert!(one != film(name, 1, 1), "{name}: another seed gives another picture");
     }
+}
+
+/// One of those above has rims of lamps.
+#[test]
+fn street_has_rims() {
+    let (scene, settings) = compiled("street.toml", |settings| settings);
+    let (rims, _) = Rims::find(&scene, &settings, &Monitor::default(), &|| false);
+    assert!(rims.count() > 0);
 }
 
 #[test]

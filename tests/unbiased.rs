@@ -4,13 +4,14 @@
 use std::{
     f64::consts::{PI, TAU},
     path::Path,
+    time::Duration,
 };
 
 use rayo::{
-    compile::compile,
+    compile::{Scene, compile},
     import::assemble,
     integrator::{RayCounts, Rims, sample_pixel},
-    render::{self, FilterKind, Monitor, PixelFilter, Settings},
+    render::{self, FilterKind, Monitor, Outcome, PixelFilter, Settings},
     sampling::weave::Weave,
     scene,
     world::World,
@@ -348,11 +349,78 @@ fn lamps_in_sight() -> String {
 fn rims_of_lamps() {
     let text = lamps_in_sight();
     let way = Way { adaptive: true, samples: 1024, seed: 13, ..PLAIN };
+    let (world, settings) = load(&text);
+    assert!(rims(&compile(world, &settings), &settings).count() > 20);
     assert_same("rims", &show(&text, BOX, way), &show(&text, BOX, PLAIN));
 }
 
-/// As large a part of the picture is bright as a ball fills, with a third of the square error of one ray a sample, or less. (Where the ball fills
-/// most of a pixel, one is left to do.)
+fn rims(scene: &Scene, settings: &Settings) -> Rims {
+    Rims::find(scene, settings, &Monitor::default(), &|| false).0
+}
+
+/// In a part of the picture the same pixels take the same rays as in the whole, and those outside of it none but the path's.
+#[test]
+fn rims_of_a_part() {
+    let [left, top, width, height] = [9, 5, 14, 19];
+    let (world, whole) = load(&lamps_in_sight());
+    let part = Settings { crop: Some([left, top, width, height]), ..whole.clone() };
+    let mut scene = compile(world, &whole);
+    let of_whole = rims(&scene, &whole);
+    scene.window = part.window();
+    let of_part = rims(&scene, &part);
+    assert!(0 < of_part.count() && of_part.count() < of_whole.count(), "{of_part:?}");
+    let sample = |rims: &Rims, pixel| {
+        let mut counts = RayCounts::default();
+        (sample_pixel(&scene, rims, pixel, 3, &mut counts), counts)
+    };
+    for [x, y] in (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE]) {
+        let is_within = |margin: u32| {
+            (left + margin..left + width - margin).contains(&x)
+                && (top + margin..top + height - margin).contains(&y)
+        };
+        // in the outermost row and column it is not known what is beside a pixel
+        if is_within(1) {
+            assert_eq!(sample(&of_part, [x, y]), sample(&of_whole, [x, y]), "{x}, {y}");
+        } else if !is_within(0) {
+            assert_eq!(sample(&of_part, [x, y]), sample(&Rims::NONE, [x, y]), "{x}, {y}");
+        }
+    }
+}
+
+/// A search for rims that would take far longer than the whole picture may: one thread, lamps in half of a million pixels.
+#[test]
+fn a_short_time_is_not_used_up_by_the_search_for_rims() {
+    let lamps = (0..64 * 64).map(|i| {
+        let [x, y] = [i % 64, i / 64].map(|n| n as f32 / 32.0 - 1.0);
+        format!("[[sphere]]\ncenter = [{x}, {y}, 0]\nradius = 0.006\nmaterial = \"lamp\"\n")
+    });
+    let text = format!(
+        r#"
+camera = {{ position = [0, 0, 3], target = [0, 0, 0], ortho_height = 2 }}
+environment = {{ type = "color", color = [0, 0, 0] }}
+[materials]
+lamp = {{ type = "emissive", color = [5, 5, 5] }}
+{}"#,
+        lamps.collect::<String>()
+    );
+    let (world, settings) = load(&text);
+    let settings =
+        Settings { size: [1024; 2], time: Some(Duration::from_secs(1)), threads: Some(1), ..settings };
+    let scene = compile(world, &settings);
+    let monitor = Monitor::default();
+    let done = render::render(&scene, &settings, &monitor).expect("rendered");
+    assert_eq!(done.outcome, Outcome::TimeUp);
+    assert!(monitor.samples() > 0);
+    assert_eq!(monitor.rays(), done.rays.total());
+    assert!(monitor.rays() > monitor.samples(), "the rays of the search count");
+    let cancelled = Monitor::default();
+    cancelled.cancel();
+    let done = render::render(&scene, &settings, &cancelled).expect("nothing to render");
+    assert_eq!((done.outcome, done.rays.total()), (Outcome::Cancelled, 0));
+}
+
+/// As large a part of the picture is bright as a ball fills, with two fifths of the square error of one ray a sample, or less. (Where the
+/// ball fills most of a pixel, one is left to do.)
 #[test]
 fn a_ball_of_light_is_as_large_as_it_is() {
     let (radius, height) = (0.3, 2.0);
@@ -387,7 +455,7 @@ material = "lamp"
     let square = |errors: &[f64]| mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>());
     let plain = errors(&Rims::NONE);
     let (world, _) = load(&text);
-    let finer = errors(&Rims::find(&compile(world, &settings), &settings, &|| false));
+    let finer = errors(&rims(&compile(world, &settings), &settings));
     for (name, errors) in [("plain", &plain), ("finer", &finer)] {
         let standard_error = (square(errors) / errors.len() as f64).sqrt();
         let mean = mean(errors);

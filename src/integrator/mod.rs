@@ -6,7 +6,8 @@
 //! ```
 //!
 //! with the power heuristic for w. Vertices whose BSDF is a delta cannot choose a light, and what they meet weighs 1.
-//! The first surface that spreads light from afar may send several paths on, which share the way to it ([`Scene::branches`]).
+//! The first surface that spreads light from afar may send several paths on, which share the way to it ([`Scene::branches`]); and where
+//! the camera sees the rim of a lamp, more rays than the path's look for what is directly visible (`rims`).
 //!
 //! Paths end by the bounce limits of [`Bounces`](crate::render::Bounces) (emission found by the last ray still counts) or by Russian
 //! roulette on the throughput, which leaves the mean alone.
@@ -19,6 +20,8 @@ mod caustics;
 mod media;
 mod rims;
 mod wavelength;
+
+use std::ops::Add;
 
 use glam::{Vec2, Vec3};
 
@@ -38,9 +41,30 @@ use crate::{
 /// Rays cast, by what they were for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
+    /// From the camera: of paths, and those that only look at what is directly visible.
     pub camera: u64,
+    /// From surfaces and lamps, to whatever they meet.
     pub bounce: u64,
+    /// From surfaces to a light chosen on purpose, or to the camera.
     pub shadow: u64,
+}
+
+impl RayCounts {
+    pub fn total(&self) -> u64 {
+        self.camera + self.bounce + self.shadow
+    }
+}
+
+impl Add for RayCounts {
+    type Output = Self;
+
+    fn add(self, more: Self) -> Self {
+        Self {
+            camera: self.camera + more.camera,
+            bounce: self.bounce + more.bounce,
+            shadow: self.shadow + more.shadow,
+        }
+    }
 }
 
 /// Shortens shadow rays, relative to their length: they must not meet the light they aim at.
@@ -64,8 +88,8 @@ struct Arrival {
 pub use caustics::{Splat, trace_lamp_path};
 pub use rims::Rims;
 
-/// The radiance through pixel (x, y), by sample `index` of its sequence: along one camera ray, but for what is seen straight, which on
-/// the rims of lamps is looked at more closely.
+/// The radiance through pixel (x, y), by sample `index` of its sequence: along one camera ray, but for what is directly visible, for
+/// which on the rims of lamps more rays look.
 pub fn sample_pixel(
     scene: &Scene,
     rims: &Rims,
@@ -75,7 +99,7 @@ pub fn sample_pixel(
 ) -> Vec3 {
     let sampler = PixelSampler::woven(scene.seed, scene.weave, [x, y], index);
     let mut path = Path::from_camera(scene, [x, y], &sampler, counts);
-    if let Some((share, radiance)) = rims.glances(scene, [x, y], index, counts) {
+    if let Some((share, radiance)) = rims.directly_visible(scene, [x, y], index, counts) {
         path = Path { share, radiance, ..path };
     }
     path.trace(scene, &sampler, counts)
@@ -190,8 +214,8 @@ impl Path {
         self.radiance
     }
 
-    /// Follows the ray to the next surface that scatters and adds the light that comes from there; `None` where the path ends, as one
-    /// that does but `GLANCE` does at the first surface.
+    /// Follows the ray to the next surface that scatters and adds the light that comes from there; `None` where the path ends. A
+    /// `GLANCE` wants only what is directly visible, and always ends at the first surface.
     fn arrive<const GLANCE: bool>(
         &mut self,
         scene: &Scene,

@@ -166,7 +166,7 @@ impl SettingsUsed {
 
 impl Rays {
     pub fn new(rays: &RayCounts, duration: Duration) -> Self {
-        let total = rays.camera + rays.bounce + rays.shadow;
+        let total = rays.total();
         Self {
             camera: rays.camera,
             bounce: rays.bounce,

@@ -1,12 +1,12 @@
 //! From a function of (pixel, sample index) to a film: passes, tiles, threads, and when to stop.
 //!
-//! A picture is made in passes over all pixels that still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples
-//! each), so that there is something to show at once and little is lost when something stops; after the first of the work, the rest goes
-//! where the noise is (`schedule.rs`, `allotment.rs`). Each pass hands tiles of the film to the threads of a pool; a tile has one owner, which
-//! adds samples to each pixel in the order of their index. Between passes the film's state alone decides which pixels go on, and whether the
-//! picture is good enough. So the film is the same to the
-//! bit for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then
-//! holds its first n samples, whatever n it got to.
+//! First the rims of lamps are looked for, where samples take more rays ([`Rims`]). Then a picture is made in passes over all pixels that
+//! still need samples. Passes grow (1, 1, 2, 4, 8, then 16 samples each), so that every pixel soon shows something and little is lost when
+//! something stops; after the first of the work, the rest goes where the noise is (`schedule.rs`, `allotment.rs`). Each pass hands tiles
+//! of the film to the threads of a pool; a tile has one owner, which adds samples to each pixel in the order of their index. Between
+//! passes the film's state alone decides which pixels go on, and whether the picture is good enough. So the film is the same to the bit
+//! for any number of threads. A time budget or an interruption ends a pass between two pixels: each pixel then holds its first n
+//! samples, whatever n it got to. (Where time ends the search for rims as well, it decides which pixels take more rays a sample.)
 
 mod allotment;
 mod monitor;
@@ -36,6 +36,9 @@ use schedule::Schedule;
 
 /// Deep enough for tree building and scene loading, which recurse; rendering itself hardly does.
 const STACK_BYTES: usize = 8 << 20;
+
+/// Of a time budget, the search for the rims of lamps may take one part in so many: the rest is for samples.
+const SEARCH_PART: u32 = 10;
 
 /// Why rendering ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,12 +75,14 @@ pub enum Error {
 pub fn render(scene: &Scene, settings: &Settings, monitor: &Monitor) -> Result<Rendering, Error> {
     let film = blank(settings, scene.aim.is_some())?;
     let run = Run::start(settings, monitor)?;
-    let rims = run.pool.install(|| Rims::find(scene, settings, &|| run.is_over()));
+    let stop = || run.is_past(settings.time.map(|budget| budget / SEARCH_PART));
+    let (rims, search) = run.pool.install(|| Rims::find(scene, settings, monitor, &stop));
     let sample = |x, y, index, rays: &mut RayCounts| sample_pixel(scene, &rims, [x, y], index, rays);
     let lamp = |x, y, index, rays: &mut RayCounts, splats: &mut Vec<Splat>| {
         trace_lamp_path(scene, [x, y], index, rays, splats);
     };
-    Ok(run.render(film, &sample, scene.aim.as_ref().map(|_| &lamp)))
+    let rendering = run.render(film, &sample, scene.aim.as_ref().map(|_| &lamp));
+    Ok(Rendering { rays: search + rendering.rays, ..rendering })
 }
 
 /// Renders what `sample` returns for (x, y, sample index), x and y being pixels of the whole picture even where only a
@@ -104,19 +109,22 @@ struct Run<'a> {
     monitor: &'a Monitor,
     pool: ThreadPool,
     start: Instant,
-    deadline: Option<Instant>,
 }
 
 impl<'a> Run<'a> {
     fn start(settings: &'a Settings, monitor: &'a Monitor) -> Result<Self, Error> {
         let start = Instant::now();
-        let deadline = settings.time.and_then(|budget| start.checked_add(budget));
-        Ok(Self { settings, monitor, pool: thread_pool(settings.threads)?, start, deadline })
+        Ok(Self { settings, monitor, pool: thread_pool(settings.threads)?, start })
     }
 
     /// Whether it is to end now, as far as it is.
     fn is_over(&self) -> bool {
-        self.monitor.is_cancelled() || self.deadline.is_some_and(|end| Instant::now() >= end)
+        self.is_past(self.settings.time)
+    }
+
+    /// Whether what may take so much time, counted from the start, is to end now.
+    fn is_past(&self, budget: Option<Duration>) -> bool {
+        self.monitor.is_cancelled() || budget.is_some_and(|budget| self.start.elapsed() >= budget)
     }
 
     /// `lamp` traces a path from a lamp, of which one goes with every [`SAMPLES_A_LAMP_PATH`](crate::light::SAMPLES_A_LAMP_PATH)

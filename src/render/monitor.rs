@@ -59,9 +59,9 @@ impl Monitor {
         Some(f32::from_bits(self.noise.load(Relaxed))).filter(|noise| !noise.is_nan())
     }
 
-    pub(super) fn count(&self, samples: u64, rays: &RayCounts) {
+    pub(crate) fn count(&self, samples: u64, rays: &RayCounts) {
         self.taken.fetch_add(samples, Relaxed);
-        self.rays.fetch_add(rays.camera + rays.bounce + rays.shadow, Relaxed);
+        self.rays.fetch_add(rays.total(), Relaxed);
     }
 
     /// What is known between passes: how many samples there will be in all, and how noisy the picture is.

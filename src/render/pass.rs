@@ -89,7 +89,7 @@ impl Pass<'_> {
                 if let Some(work) = work.next() {
                     *work += CAMERA_RAY_WORK * rays.camera as f64 + (rays.bounce + rays.shadow) as f64;
                 }
-                add(total, rays);
+                *total = *total + rays;
                 lamps.count(paths);
                 for Splat { x, y, radiance } in splats {
                     let [x, y] = [x - self.origin[0], y - self.origin[1]].map(|n| n as usize);
@@ -140,14 +140,8 @@ impl Pass<'_> {
                 }
             }
             self.monitor.count(taken, &rays);
-            add(&mut done.rays, rays);
+            done.rays = done.rays + rays;
         }
         done
     }
-}
-
-fn add(total: &mut RayCounts, more: RayCounts) {
-    total.camera += more.camera;
-    total.bounce += more.bounce;
-    total.shadow += more.shadow;
 }

@@ -16,7 +16,6 @@
 use super::{
     Outcome, Settings,
     allotment::{Ask, allot},
-    settings::LEAST_SHARED,
 };
 use crate::film::{Film, Pixel};
 
@@ -66,15 +65,15 @@ enum Stage {
 }
 
 impl Schedule {
-    pub fn new(&Settings { samples, adaptive, noise, time, .. }: &Settings) -> Self {
-        let open = noise > 0.0 || time.is_some();
+    pub fn new(settings: &Settings) -> Self {
+        let &Settings { samples, noise, .. } = settings;
+        let (adaptive, open) = (settings.shares_out(), settings.is_open());
         let part = samples / PILOT_PART;
         let pilot = match open {
             true if noise > 0.0 => samples.min(LEAST_SAMPLES),
             true => part.min(OPEN_PILOT),
             false => part,
         };
-        let adaptive = adaptive && samples >= LEAST_SHARED;
         let until = match adaptive {
             true => pilot,
             false if noise > 0.0 => samples.min(LEAST_SAMPLES),
