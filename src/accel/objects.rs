@@ -279,8 +279,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
             }
         };
         let blas = &self.objects.blases[instance.blas as usize];
-        let shear = Shear::new(ray.direction);
-        let mut leaves = TriangleLeaves { ray, shear, id: instance.id, search: &mut self.search };
+        let mut leaves = TriangleLeaves { ray, shear: None, id: instance.id, search: &mut self.search };
         // SAFETY: `lines` comes from `collapse`.
         unsafe { traverse::<L, _>(&blas.lines, ray, &mut leaves) }
     }
@@ -306,7 +305,8 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
 
 struct TriangleLeaves<'a, F, const ANY: bool> {
     ray: &'a Ray,
-    shear: Shear,
+    /// Of the ray; `None` until the first leaf, which rays that only brush the box of an instance never get to.
+    shear: Option<Shear>,
     id: Id,
     search: &'a mut Search<F, ANY>,
 }
@@ -316,10 +316,11 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for TriangleLeaves<'_, F, A
 
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, tag: u32, first: *const Line) -> bool {
+        let shear = *self.shear.get_or_insert_with(|| Shear::new(self.ray.direction));
         // SAFETY: `Blas` has so many blocks there.
         for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
             let t_min = self.ray.t_min.max(0.0);
-            let Some(hits) = block.intersect::<L>(self.ray, &self.shear, t_min, self.search.t_last()) else {
+            let Some(hits) = block.intersect::<L>(self.ray, &shear, t_min, self.search.t_last()) else {
                 continue;
             };
             if ANY && !self.id.filtered {
