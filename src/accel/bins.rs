@@ -9,6 +9,9 @@ use super::parts::{Part, Span};
 /// At most. Sets of a few boxes have fewer, since most would be empty.
 const BINS: usize = 32;
 
+/// Of small sets, at most: most sets are small, and more bins would have to be cleared for nothing.
+const FEW: usize = 8;
+
 /// Sets larger than this are binned in parallel, in chunks of this.
 const CHUNK: usize = 1 << 16;
 
@@ -22,9 +25,9 @@ pub struct Bins {
 }
 
 /// What parts fall into each bin.
-struct Filling {
-    spans: [[Span; BINS]; 3],
-    counts: [[u32; BINS]; 3],
+struct Filling<const N: usize> {
+    spans: [[Span; N]; 3],
+    counts: [[u32; N]; 3],
 }
 
 /// The division of a set: what lies up to bin `last` on `axis` goes to the left.
@@ -60,23 +63,30 @@ impl Bins {
 
     /// `None` where all fall into one bin.
     pub fn best(&self, parts: &[Part], weight: impl Fn(u32) -> f32) -> Option<Division> {
+        if self.count <= FEW {
+            return self.best_of(&self.fill::<FEW>(parts), weight);
+        }
         let filling = match parts.len() {
-            n if n <= CHUNK => self.fill(parts),
+            n if n <= CHUNK => self.fill::<BINS>(parts),
             _ => {
                 parts.par_chunks(CHUNK).map(|chunk| self.fill(chunk)).reduce(Filling::new, |a, b| a.join(&b))
             }
         };
+        self.best_of(&filling, weight)
+    }
+
+    fn best_of<const N: usize>(&self, filling: &Filling<N>, weight: impl Fn(u32) -> f32) -> Option<Division> {
         let (mut best, mut best_cost) = (None, f32::INFINITY);
         for axis in (0..3).filter(|&axis| self.scale[axis] > 0.0) {
             let (spans, counts) = (&filling.spans[axis], &filling.counts[axis]);
-            let mut right = [0.0; BINS];
+            let mut right = [0.0; N];
             let (mut span, mut count) = (Span::EMPTY, 0);
-            for i in (1..self.count).rev() {
+            for i in (1..self.count.min(N)).rev() {
                 (span, count) = (span.join(&spans[i]), count + counts[i]);
                 right[i] = if count == 0 { f32::INFINITY } else { span.half_area() * weight(count) };
             }
             let (mut span, mut count) = (Span::EMPTY, 0);
-            for i in 0..self.count - 1 {
+            for i in 0..self.count.min(N) - 1 {
                 if counts[i] == 0 {
                     continue;
                 }
@@ -91,13 +101,13 @@ impl Bins {
         best
     }
 
-    fn fill(&self, parts: &[Part]) -> Filling {
+    fn fill<const N: usize>(&self, parts: &[Part]) -> Filling<N> {
         let mut filling = Filling::new();
         for part in parts {
             // (No `array::map`: it is not always inlined.)
             let bins = self.of(part);
             for (axis, bin) in [bins.x, bins.y, bins.z].into_iter().enumerate() {
-                let bin = (bin as usize).min(BINS - 1);
+                let bin = (bin as usize).min(N - 1);
                 filling.spans[axis][bin].add(part);
                 filling.counts[axis][bin] += 1;
             }
@@ -106,14 +116,14 @@ impl Bins {
     }
 }
 
-impl Filling {
+impl<const N: usize> Filling<N> {
     fn new() -> Self {
-        Self { spans: [[Span::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] }
+        Self { spans: [[Span::EMPTY; N]; 3], counts: [[0; N]; 3] }
     }
 
     fn join(mut self, other: &Self) -> Self {
         for axis in 0..3 {
-            for bin in 0..BINS {
+            for bin in 0..N {
                 self.spans[axis][bin] = self.spans[axis][bin].join(&other.spans[axis][bin]);
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
