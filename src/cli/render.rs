@@ -199,7 +199,7 @@ fn warn(job: &Job, overrides: &Overrides) {
 /// The closing line, and whatever else should be known about the picture.
 fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped: u64, asked: f32) {
     let outcome = match rendering.outcome {
-        Outcome::Finished if asked > 0.0 => ", all samples taken",
+        Outcome::Finished if asked > 0.0 => ", stopped by the number of samples",
         Outcome::Finished => "",
         Outcome::NoiseReached => ", noise threshold reached",
         Outcome::TimeUp => ", time is up",
@@ -216,8 +216,9 @@ fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped:
     let seconds = duration(rendering.duration.as_secs_f64());
     let speed = Rays::new(&rendering.rays, rendering.duration).mrays_per_second;
     let samples = match counts.mean {
-        mean if mean < 10.0 && counts.min < counts.max => format!("{mean:.1}"),
-        mean => format!("{mean:.0}"),
+        mean if counts.min == counts.max => format!("{mean:.0} samples per pixel"),
+        mean if mean < 10.0 => format!("{mean:.1} samples per pixel on average"),
+        mean => format!("{mean:.0} samples per pixel on average"),
     };
     let notes = [
         (counts.dropped, "samples were not finite or negative, and were left out"),
@@ -228,7 +229,7 @@ fn summarize(file: &Path, rendering: &Rendering, counts: &SampleCounts, clamped:
         say(format!("warning: {count} {what}"));
     }
     say(format!(
-        "wrote {}: {} × {}, {samples} samples per pixel, {seconds}, {speed:.2} Mrays/s{noise}{outcome}",
+        "wrote {}: {} × {}, {samples}, {seconds}, {speed:.2} Mrays/s{noise}{outcome}",
         file.display(),
         rendering.film.width(),
         rendering.film.height(),
