@@ -22,8 +22,8 @@ pub trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
-    /// self · factor − term, in one rounding or two. For conservative bounds only: what is hit must not depend on it.
-    fn mul_sub(self, factor: Self, term: Self) -> Self;
+    /// self · factor + term, in one rounding or two. For conservative bounds only: what is hit must not depend on it.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
     /// As `max` and `min` where neither is negative; otherwise `later` may be any of two negative ones, and so may `earlier`. (With
     /// AVX2 the bits are compared, as integers, in a quarter of the time.)
     fn later(self, other: Self) -> Self;
@@ -34,8 +34,6 @@ pub trait Lanes: Copy {
     fn above(self, low: &[u32; WIDTH]) -> [u64; WIDTH];
     /// The items whose bits are set in `lanes`, from the last to the first, and then any.
     fn pack(items: &[u32; WIDTH], lanes: u32) -> [u32; WIDTH];
-    /// Where `mask` is set `a`, elsewhere `b`.
-    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     fn le(self, other: Self) -> Self::Mask;
     fn lt(self, other: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
@@ -116,8 +114,8 @@ impl Lanes for Portable {
         self
     }
     #[inline(always)]
-    fn mul_sub(self, factor: Self, term: Self) -> Self {
-        self.mul(factor).sub(term)
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self.mul(factor).add(term)
     }
     #[inline(always)]
     fn later(self, other: Self) -> Self {
@@ -146,14 +144,6 @@ impl Lanes for Portable {
         let mut out = [0; WIDTH];
         for (out, lane) in out.iter_mut().zip(set) {
             *out = items[lane];
-        }
-        out
-    }
-    #[inline(always)]
-    fn select(mask: u32, a: Self, b: Self) -> Self {
-        let mut out = b;
-        for i in 0..WIDTH {
-            out.0[i] = if mask >> i & 1 == 1 { a.0[i] } else { b.0[i] };
         }
         out
     }
@@ -279,8 +269,8 @@ mod avx2 {
             Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
         }
         #[inline(always)]
-        fn mul_sub(self, factor: Self, term: Self) -> Self {
-            Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, term.0) })
+        fn mul_add(self, factor: Self, term: Self) -> Self {
+            Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, term.0) })
         }
         #[inline(always)]
         fn later(self, other: Self) -> Self {
@@ -318,10 +308,6 @@ mod avx2 {
                 _mm256_storeu_si256(out.as_mut_ptr().cast(), packed);
             }
             out
-        }
-        #[inline(always)]
-        fn select(mask: __m256, a: Self, b: Self) -> Self {
-            Self(unsafe { _mm256_blendv_ps(b.0, a.0, mask) })
         }
         #[inline(always)]
         fn le(self, other: Self) -> Self::Mask {

@@ -12,7 +12,7 @@ use super::{
     plan::LeafSize,
     search::Search,
     top_down,
-    traverse::{Leaves, traverse},
+    traverse::{Leaves, Slabs, traverse},
     triangles::Block,
     wide,
 };
@@ -128,8 +128,11 @@ impl Objects {
         let mut leaves = ObjectLeaves { objects: self, ray, search };
         match &self.alone {
             Some(instance) => leaves.instance::<L>(instance),
-            // SAFETY: `lines` comes from `collapse`.
-            None => unsafe { traverse::<L, _>(&self.lines, ray, &mut leaves) },
+            None => {
+                let slabs = Slabs::new(ray.origin.into(), ray.direction.into(), ray.t_min);
+                // SAFETY: `lines` comes from `collapse`.
+                unsafe { traverse::<L, _>(&self.lines, &slabs, &mut leaves) }
+            }
         };
         leaves.search.result()
     }
@@ -266,22 +269,20 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
     #[inline(always)]
     fn instance<L: Lanes>(&mut self, instance: &Instance) -> bool {
         // The direction keeps its length in the world's measure, and so t is the same in both spaces.
-        let placed;
-        let ray = match instance.is_placed {
-            false => self.ray,
-            true => {
-                placed = Ray {
-                    origin: instance.to_object.transform_point3(self.ray.origin),
-                    direction: instance.to_object.transform_vector3(self.ray.direction),
-                    ..*self.ray
-                };
-                &placed
-            }
+        let (origin, direction) = (Vec3A::from(self.ray.origin), Vec3A::from(self.ray.direction));
+        let (origin, direction) = match instance.is_placed {
+            true => (
+                instance.to_object.transform_point3a(origin),
+                instance.to_object.transform_vector3a(direction),
+            ),
+            false => (origin, direction),
         };
         let blas = &self.objects.blases[instance.blas as usize];
+        let slabs = Slabs::new(origin, direction, self.ray.t_min);
+        let ray = Ray { origin: origin.into(), direction: direction.into(), ..*self.ray };
         let mut leaves = TriangleLeaves { ray, shear: None, id: instance.id, search: &mut self.search };
         // SAFETY: `lines` comes from `collapse`.
-        unsafe { traverse::<L, _>(&blas.lines, ray, &mut leaves) }
+        unsafe { traverse::<L, _>(&blas.lines, &slabs, &mut leaves) }
     }
 
     #[inline(always)]
@@ -304,7 +305,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
 }
 
 struct TriangleLeaves<'a, F, const ANY: bool> {
-    ray: &'a Ray,
+    ray: Ray,
     /// Of the ray; `None` until the first leaf, which rays that only brush the box of an instance never get to.
     shear: Option<Shear>,
     id: Id,
@@ -320,7 +321,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for TriangleLeaves<'_, F, A
         // SAFETY: `Blas` has so many blocks there.
         for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
             let t_min = self.ray.t_min.max(0.0);
-            let Some(hits) = block.intersect::<L>(self.ray, &shear, t_min, self.search.t_last()) else {
+            let Some(hits) = block.intersect::<L>(&self.ray, &shear, t_min, self.search.t_last()) else {
                 continue;
             };
             if ANY && !self.id.filtered {

@@ -5,13 +5,14 @@
 
 use std::mem::MaybeUninit;
 
+use glam::Vec3A;
+
 use super::{
     lanes::{ALL, Lanes, WIDTH},
     lines::{LEAF, Line, line, tag},
     top_down::MAX_DEPTH,
     wide::Node,
 };
-use crate::geometry::Ray;
 
 /// A node pushes at most seven children and goes on with the eighth, and then all eight of the last one are pushed. One entry more for the
 /// bottom.
@@ -27,11 +28,11 @@ struct Stack<T, const N: usize>([MaybeUninit<T>; N]);
 /// Components of the direction nearer to zero are taken as this, lest 0 · ∞ appear.
 const MIN_DIRECTION: f32 = 1e-18;
 
-/// Relative padding of o/d, which covers its roundings and those of plane/d − o/d (at most 4 × 2⁻²⁴).
+/// Relative padding of o, which covers the roundings of o/d and those of plane/d − o/d (at most 4 × 2⁻²⁴).
 const PAD: f32 = 8.0 * (f32::EPSILON / 2.0);
 
-/// Padding in t where the direction was raised to [`MIN_DIRECTION`]: moves the plane by 10⁻⁶ metres.
-const PAD_PARALLEL: f32 = 1e12;
+/// Padding of o, in metres, where the direction was raised to [`MIN_DIRECTION`].
+const PAD_PARALLEL: f32 = 1e-6;
 
 /// Padding of the far distance, in units in the last place: covers the roundings of 1/d on two axes (10 × 2⁻²⁴).
 const PAD_FAR: i32 = 10;
@@ -47,8 +48,8 @@ pub trait Leaves {
     fn t_max(&self) -> f32;
 }
 
-/// 1/d, per axis, and o/d widened to both sides.
-struct Slabs<L> {
+/// A ray as boxes are tested with: 1/d, per axis, and −o/d widened to both sides.
+pub struct Slabs<L> {
     inverse: [L; 3],
     near: [L; 3],
     far: [L; 3],
@@ -58,28 +59,25 @@ struct Slabs<L> {
 }
 
 impl<L: Lanes> Slabs<L> {
+    /// Of rays in instances all else waits for this, and so what can be done beside the division is.
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
-        let origin = L::load(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let direction = L::load(&[dx, dy, dz, 1.0, 1.0, 1.0, 1.0, 1.0]);
-        let zero = L::splat(0.0);
-        let parallel = direction.abs().lt(L::splat(MIN_DIRECTION));
-        let least = L::select(direction.lt(zero), L::splat(-MIN_DIRECTION), L::splat(MIN_DIRECTION));
-        let inverse = L::splat(1.0).div(L::select(parallel, least, direction));
-        let distance = origin.mul(inverse);
-        let pad = distance.abs().mul(L::splat(PAD)).add(L::select(parallel, L::splat(PAD_PARALLEL), zero));
-        let negative = L::bits(inverse.lt(zero)) as usize;
-        let axes = [inverse, distance.add(pad), distance.sub(pad)];
-        let [inverse, near, far] = [axes[0].to_array(), axes[1].to_array(), axes[2].to_array()];
-        let splat = |of: [f32; WIDTH]| [L::splat(of[0]), L::splat(of[1]), L::splat(of[2])];
+    pub fn new(origin: Vec3A, direction: Vec3A, t_min: f32) -> Self {
+        let length = direction.abs();
+        // (in this order NaN stays)
+        let inverse = Vec3A::ONE / Vec3A::splat(MIN_DIRECTION).max(length).copysign(direction);
+        let parallel =
+            Vec3A::select(length.cmplt(Vec3A::splat(MIN_DIRECTION)), Vec3A::splat(PAD_PARALLEL), Vec3A::ZERO);
+        let pad = (origin.abs() * PAD + parallel).copysign(direction);
+        let (near, far) = ((-origin - pad) * inverse, (pad - origin) * inverse);
+        let negative = direction.is_negative_bitmask() as usize;
+        let splat = |of: Vec3A| [L::splat(of.x), L::splat(of.y), L::splat(of.z)];
         let plane = |axis: usize| PLANE * (2 * axis + (negative >> axis & 1));
         Self {
             inverse: splat(inverse),
             near: splat(near),
             far: splat(far),
             // (+0 where it is -0: the order of bits must hold)
-            t_min: L::splat(if ray.t_min > 0.0 { ray.t_min } else { 0.0 }),
+            t_min: L::splat(if t_min > 0.0 { t_min } else { 0.0 }),
             first: [plane(0), plane(1), plane(2)],
         }
     }
@@ -90,8 +88,8 @@ impl<L: Lanes> Slabs<L> {
         let planes = (&raw const node.bounds).cast::<u8>();
         // SAFETY: `first` says where planes are, by construction, and so does first ^ PLANE.
         let plane = |at: usize| L::load(unsafe { &*planes.add(at).cast::<[f32; WIDTH]>() });
-        let near = |axis: usize| plane(self.first[axis]).mul_sub(self.inverse[axis], self.near[axis]);
-        let far = |axis: usize| plane(self.first[axis] ^ PLANE).mul_sub(self.inverse[axis], self.far[axis]);
+        let near = |axis: usize| plane(self.first[axis]).mul_add(self.inverse[axis], self.near[axis]);
+        let far = |axis: usize| plane(self.first[axis] ^ PLANE).mul_add(self.inverse[axis], self.far[axis]);
         let enter = near(0).later(near(1)).later(near(2).later(self.t_min));
         let leave = far(0).earlier(far(1)).earlier(far(2).earlier(t_max));
         (enter.exceeds(leave, PAD_FAR) ^ ALL, enter)
@@ -107,21 +105,20 @@ fn order(far: &mut u64, near: &mut u64) {
     (*far, *near) = ((*far).max(*near), (*far).min(*near));
 }
 
-/// Visits every leaf of the tree in `lines` whose box the ray meets within (`ray.t_min`, `leaves.t_max()`).
+/// Visits every leaf of the tree in `lines` whose box the ray meets within (`t_min`, `leaves.t_max()`).
 /// `true` where `leaves` ended it.
 ///
 /// # Safety
 /// `lines` comes from [`collapse`](super::wide::collapse): words point into it, and it is no deeper than [`MAX_DEPTH`].
 #[inline(always)]
-pub unsafe fn traverse<L: Lanes, K: Leaves>(lines: &[Line], ray: &Ray, leaves: &mut K) -> bool {
+pub unsafe fn traverse<L: Lanes, K: Leaves>(lines: &[Line], slabs: &Slabs<L>, leaves: &mut K) -> bool {
     if lines.is_empty() {
         return false;
     }
-    let slabs = Slabs::<L>::new(ray);
     // SAFETY: as the caller says.
     match K::ANY {
-        true => unsafe { in_order::<L, K>(lines, &slabs, leaves) },
-        false => unsafe { nearest_first::<L, K>(lines, &slabs, leaves) },
+        true => unsafe { in_order::<L, K>(lines, slabs, leaves) },
+        false => unsafe { nearest_first::<L, K>(lines, slabs, leaves) },
     }
 }
 
