@@ -7,7 +7,7 @@ use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::{
     lanes::WIDTH,
-    lines::{self, Line},
+    lines::{self, Line, lines_of},
     parts::{self, Part},
     plan::LeafSize,
     quality::Quality,
@@ -19,7 +19,7 @@ use super::{
 /// Triangles that reach farther than this from the origin are set aside: products of three coordinates would overflow.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2 };
+const LEAF_SIZE: LeafSize = LeafSize { block: WIDTH, max_blocks: 2, lines: lines_of::<Block>() };
 
 /// Triangles, at most.
 const MAX_TRIANGLES: usize = 1 << 28;
@@ -74,7 +74,7 @@ impl Blas {
             numbers.dedup();
             for numbers in numbers.chunks(WIDTH) {
                 let block = Block::new(numbers.iter().filter_map(|&i| Some((i, corners(i)?))));
-                lines::extend(lines, &[block]);
+                lines.extend_from_slice(lines::of(&[block]));
             }
             numbers.len().div_ceil(WIDTH) as u32
         });

@@ -3,7 +3,7 @@
 //! So a child is found in the same way whether it is a node or a leaf, without a branch, which would be mispredicted half of
 //! the time.
 
-use std::mem::{ManuallyDrop, MaybeUninit};
+use std::mem::MaybeUninit;
 
 /// Of a word: it is a leaf's.
 pub const LEAF: u32 = 1 << 31;
@@ -25,19 +25,10 @@ pub const fn lines_of<T>() -> usize {
     size_of::<T>() / size_of::<Line>()
 }
 
-/// Adds `items` to `lines`.
-pub fn extend<T: Copy>(lines: &mut Vec<Line>, items: &[T]) {
-    let count = const { lines_of::<T>() } * items.len();
-    // SAFETY: they are as many lines, aligned as these are, and a line need not be initialised.
-    lines.extend_from_slice(unsafe { std::slice::from_raw_parts(items.as_ptr().cast::<Line>(), count) });
-}
-
 /// `items`, as lines.
-pub fn from<T: Copy>(items: Vec<T>) -> Vec<Line> {
-    let (items, count) = (ManuallyDrop::new(items), const { lines_of::<T>() });
-    let (start, len, capacity) = (items.as_ptr().cast_mut(), items.len(), items.capacity());
-    // SAFETY: the allocation is as large and aligned as that of so many lines, which need not be initialised; and it is nobody else's.
-    unsafe { Vec::from_raw_parts(start.cast(), count * len, count * capacity) }
+pub fn of<T: Copy>(items: &[T]) -> &[Line] {
+    // SAFETY: they are as many lines, aligned as these are, and a line need not be initialised.
+    unsafe { std::slice::from_raw_parts(items.as_ptr().cast(), const { lines_of::<T>() } * items.len()) }
 }
 
 /// The word for a leaf: its tag, 1 to 3, and its first line.

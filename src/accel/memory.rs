@@ -1,7 +1,10 @@
 //! Memory for what is large: in huge pages, where the system has them for the asking. Rays go through it at random, and with pages of
 //! 4 KiB most steps would miss the cache of addresses as well.
 
-use rayon::prelude::*;
+use std::{
+    mem::{self, MaybeUninit},
+    sync::{Mutex, PoisonError},
+};
 
 /// As `Vec::with_capacity`.
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
@@ -11,22 +14,44 @@ pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     vec
 }
 
-/// All of `chunks`, one after the other, copied in parallel: most of the time is that of touching new memory. Each is given back as soon
-/// as it is copied.
-pub fn concat<T: Copy + Send + Sync>(chunks: Vec<Vec<T>>) -> Vec<T> {
-    let len = chunks.iter().map(Vec::len).sum();
-    let mut all = with_capacity(len);
-    let mut free = &mut all.spare_capacity_mut()[..len];
-    let mut places = Vec::with_capacity(chunks.len());
-    for chunk in chunks {
-        let (place, rest) = free.split_at_mut(chunk.len());
-        places.push((place, chunk));
-        free = rest;
-    }
-    places.into_par_iter().for_each(|(place, chunk)| _ = place.write_copy_of_slice(&chunk));
-    // SAFETY: the places are as long as `all` together, and each has been written.
-    unsafe { all.set_len(len) };
+/// Up to `capacity` items, written by whoever takes room for them, from any thread. What is not taken is not touched.
+pub fn filled<T: Send>(capacity: usize, write: impl FnOnce(&Room<T>)) -> Vec<T> {
+    let mut all = with_capacity(capacity);
+    let room = Room(Mutex::new((0, &mut all.spare_capacity_mut()[..capacity])));
+    write(&room);
+    let taken = room.0.into_inner().unwrap_or_else(PoisonError::into_inner).0;
+    // SAFETY: all that was taken is written, as `Room::take` asks.
+    unsafe { all.set_len(taken) };
     all
+}
+
+/// How much room is taken, and the rest.
+pub struct Room<'a, T>(Mutex<(usize, &'a mut [MaybeUninit<T>])>);
+
+impl<'a, T> Room<'a, T> {
+    /// Room for `count` items side by side, and the place of the first among all.
+    ///
+    /// # Safety
+    /// All of it is written before [`filled`] ends.
+    pub unsafe fn take(&self, count: usize) -> (usize, &'a mut [MaybeUninit<T>]) {
+        let mut room = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (taken, rest) = &mut *room;
+        let (place, free) = mem::take(rest).split_at_mut(count);
+        *rest = free;
+        *taken += count;
+        (*taken - count, place)
+    }
+
+    /// Copies `items` there; the place of the first.
+    pub fn add(&self, items: &[T]) -> usize
+    where
+        T: Copy,
+    {
+        // SAFETY: it is written at once.
+        let (first, place) = unsafe { self.take(items.len()) };
+        place.write_copy_of_slice(items);
+        first
+    }
 }
 
 #[cfg(target_os = "linux")]

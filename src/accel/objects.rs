@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{
     Blas, Hit, Object, Shape,
     lanes::{Lanes, WIDTH},
-    lines::{self, Line},
+    lines::{self, Line, lines_of},
     parts::Part,
     plan::LeafSize,
     search::Search,
@@ -22,6 +22,10 @@ use crate::geometry::{Ray, quad::Quad, sphere, triangle::Shear};
 const INSTANCE: u32 = 1;
 const SPHERE: u32 = 2;
 const QUAD: u32 = 3;
+
+/// Of any object.
+const MOST_LINES: usize = lines_of::<Instance>();
+const _: () = assert!(lines_of::<Sphere>() <= MOST_LINES && lines_of::<PlacedQuad>() <= MOST_LINES);
 
 /// Beyond what a tree can hold in any case.
 const MAX_OBJECTS: usize = 1 << 29;
@@ -87,7 +91,7 @@ impl Objects {
             .map(|(i, b)| Part::new(&b, i))
             .collect();
         let tree = top_down::build(&mut parts, 1, &|parts| parts.len());
-        let one = LeafSize { block: 1, max_blocks: 1 };
+        let one = LeafSize { block: 1, max_blocks: 1, lines: MOST_LINES };
         let lines = wide::collapse(&tree, &parts, one, |numbers, lines| {
             store(numbers[0], &objects[numbers[0] as usize], lines)
         });
@@ -142,15 +146,15 @@ impl Objects {
 fn store(object: u32, description: &Object, lines: &mut Vec<Line>) -> u32 {
     match stored(object, description) {
         Some(Stored::Instance(instance)) => {
-            lines::extend(lines, &[instance]);
+            lines.extend_from_slice(lines::of(&[instance]));
             INSTANCE
         }
         Some(Stored::Sphere(sphere)) => {
-            lines::extend(lines, &[sphere]);
+            lines.extend_from_slice(lines::of(&[sphere]));
             SPHERE
         }
         Some(Stored::Quad(quad)) => {
-            lines::extend(lines, &[quad]);
+            lines.extend_from_slice(lines::of(&[quad]));
             QUAD
         }
         None => unreachable!("only objects that can be stored are in the tree"),

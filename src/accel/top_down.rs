@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     bins::Bins,
-    memory,
+    memory::{self, Room},
     parts::{Part, Span},
 };
 
@@ -30,21 +30,13 @@ pub fn build(parts: &mut [Part], block: usize, thin: Thin) -> Bvh2 {
         return Bvh2::default();
     }
     let set = parts.par_chunks(PARALLEL).map(Set::of).reduce(|| Set::EMPTY, |a, b| a.join(&b));
-    let (mut root, below) = Builder { block, thin }.grow(parts, 0, set, 1);
-    shift(&mut root, 1);
-    let mut chunks = vec![vec![root]];
-    chunks.par_extend(below.chunks.into_par_iter().map(|(by, mut chunk)| {
-        chunk.iter_mut().for_each(|node| shift(node, by + 1));
-        chunk
-    }));
-    let nodes = memory::concat(chunks);
+    // (a leaf a part, and as many nodes above, less one)
+    let nodes = memory::filled(2 * parts.len(), |room| {
+        // SAFETY: the root is written when it is known.
+        let (_, place) = unsafe { room.take(1) };
+        place[0].write(Builder { block, thin, room }.grow(parts, 0, set, 1));
+    });
     Bvh2 { nodes, ..Bvh2::default() }
-}
-
-fn shift(node: &mut Bvh2Node, by: u32) {
-    if !node.is_leaf() {
-        node.first_index += by;
-    }
 }
 
 /// The bounds of some parts, and of their centers.
@@ -74,17 +66,11 @@ impl Set {
     }
 }
 
-/// What hangs from a node: chunks of nodes, to be laid one behind the other, and what is still to be added to the indices in
-/// each. So subtrees are built apart and need not be copied on every level.
-struct Below {
-    len: u32,
-    chunks: Vec<(u32, Vec<Bvh2Node>)>,
-}
-
 #[derive(Clone, Copy)]
-struct Builder<'a> {
+struct Builder<'a, 'b> {
     block: usize,
     thin: Thin<'a>,
+    room: &'a Room<'b, Bvh2Node>,
 }
 
 enum Split {
@@ -94,33 +80,32 @@ enum Split {
     At(usize, usize, [Set; 2]),
 }
 
-impl Builder<'_> {
-    /// The node over `parts`, the first of which is number `first` of all, and what hangs from it.
-    fn grow(self, parts: &mut [Part], first: u32, set: Set, depth: usize) -> (Bvh2Node, Below) {
+impl Builder<'_, '_> {
+    /// The node over `parts`, the first of which is number `first` of all. What hangs from it gets its place in the room: where, is
+    /// a matter of which thread is first, but nothing else depends on that.
+    fn grow(self, parts: &mut [Part], first: u32, set: Set, depth: usize) -> Bvh2Node {
         if parts.len() <= PARALLEL {
-            let mut nodes = Vec::new();
-            let root = self.grow_alone(parts, first, set, depth, &mut nodes);
-            return (root, Below { len: nodes.len() as u32, chunks: vec![(0, nodes)] });
+            // Here and copied at once, what is written stays in the cache.
+            let mut nodes = Vec::with_capacity(2 * parts.len().div_ceil(self.block));
+            let mut root = self.grow_alone(parts, first, set, depth, &mut nodes);
+            // SAFETY: it is written at once.
+            let (by, place) = unsafe { self.room.take(nodes.len()) };
+            let inner = nodes.iter_mut().chain([&mut root]).filter(|node| !node.is_leaf());
+            inner.for_each(|node| node.first_index += by as u32);
+            place.write_copy_of_slice(&nodes);
+            return root;
         }
         let bounds = set.span.bounds();
         let (count, end, [left, right]) = match self.split(parts, &set, depth) {
-            Split::Leaf(count) => {
-                return (Bvh2Node::new(bounds, count as u32, first), Below { len: 0, chunks: Vec::new() });
-            }
+            Split::Leaf(count) => return Bvh2Node::new(bounds, count as u32, first),
             Split::At(count, end, sets) => (count, end, sets),
         };
         let (parts_left, parts_right) = parts[..end].split_at_mut(count);
-        let ((mut left, below_left), (mut right, below_right)) = rayon::join(
+        let (left, right) = rayon::join(
             || self.grow(parts_left, first, left, depth + 1),
             || self.grow(parts_right, first + count as u32, right, depth + 1),
         );
-        let (to_left, to_right) = (2, 2 + below_left.len);
-        shift(&mut left, to_left);
-        shift(&mut right, to_right);
-        let mut chunks = vec![(0, vec![left, right])];
-        chunks.extend(below_left.chunks.into_iter().map(|(by, nodes)| (by + to_left, nodes)));
-        chunks.extend(below_right.chunks.into_iter().map(|(by, nodes)| (by + to_right, nodes)));
-        (Bvh2Node::new(bounds, 0, 0), Below { len: to_right + below_right.len, chunks })
+        Bvh2Node::new(bounds, 0, self.room.add(&[left, right]) as u32)
     }
 
     /// As [`grow`](Self::grow) in one thread; what hangs from the node is added to `nodes`.

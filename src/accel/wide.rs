@@ -1,18 +1,19 @@
 //! Eight-wide trees, and how a binary tree becomes one.
 
+use arrayvec::ArrayVec;
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 use rayon::prelude::*;
 
 use super::{
     lanes::WIDTH,
     lines::{self, LEAF, Line, MAX_LINES, lines_of},
-    memory,
+    memory::{self, Room},
     parts::Part,
     plan::{LeafSize, Plan},
 };
 
 /// Down to this level of the wide tree subtrees are written in parallel.
-const PARALLEL_LEVELS: usize = 3;
+const PARALLEL_LEVELS: usize = 4;
 
 /// Four cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +39,7 @@ const EMPTY: Node = Node {
 };
 
 /// Lines of a [`Node`].
-const NODE: usize = lines_of::<Node>();
+pub const NODE: usize = lines_of::<Node>();
 
 /// The eight-wide tree: its root is the first line. Empty where `tree` is.
 ///
@@ -57,86 +58,74 @@ pub fn collapse(
     if tree.nodes.is_empty() {
         return Vec::new();
     }
-    let writer = Writer { tree, parts, plan: &Plan::new(tree, size), leaf: &leaf };
-    let Written { lines, chunks } = writer.written(0, PARALLEL_LEVELS);
-    assert!(lines <= MAX_LINES, "too much for one tree");
-    memory::concat(chunks.into_par_iter().flat_map_iter(Chunk::placed).collect())
+    let plan = Plan::new(tree, size);
+    assert!(plan.lines <= MAX_LINES, "too much for one tree");
+    memory::filled(plan.lines, |room| {
+        // SAFETY: the root is written when it is known.
+        let (_, place) = unsafe { room.take(NODE) };
+        let writer = Writer { tree, parts, plan: &plan, room, leaf: &leaf };
+        place.write_copy_of_slice(lines::of(&[writer.top(0, PARALLEL_LEVELS)]));
+    })
 }
 
-/// A subtree: how much there is, in chunks.
-struct Written {
-    lines: usize,
-    chunks: Vec<Chunk>,
-}
-
-/// Words of nodes count from the beginning of the chunk, those of leaves from its first leaf, which comes after all of its
-/// nodes.
+/// What one thread writes of a subtree, to be copied to its place while it is in the cache. Words of nodes count from its first node,
+/// those of leaves from its first leaf.
+#[derive(Default)]
 struct Chunk {
     nodes: Vec<Node>,
     leaves: Vec<Line>,
-    /// Lines before it.
-    before: usize,
 }
 
 impl Chunk {
-    fn lines(&self) -> usize {
-        NODE * self.nodes.len() + self.leaves.len()
-    }
-
-    /// Its nodes, with words that count from the beginning of the tree, and its leaves.
-    fn placed(mut self) -> [Vec<Line>; 2] {
-        let leaves = self.before + NODE * self.nodes.len();
-        for word in self.nodes.iter_mut().flat_map(|node| &mut node.child) {
+    /// Copies it there; what is to be added to words of its nodes and of its leaves is added, and to `word`, which is given back.
+    fn placed(mut self, room: &Room<Line>, mut word: u32) -> u32 {
+        let leaves = room.add(&self.leaves);
+        // SAFETY: it is written below.
+        let (nodes, place) = unsafe { room.take(NODE * self.nodes.len()) };
+        for word in self.nodes.iter_mut().flat_map(|node| &mut node.child).chain([&mut word]) {
             *word += match *word {
                 LEAF => 0, // unused
                 leaf if leaf & LEAF != 0 => leaves as u32,
-                _ => self.before as u32,
+                _ => nodes as u32,
             };
         }
-        [lines::from(self.nodes), self.leaves]
+        place.write_copy_of_slice(lines::of(&self.nodes));
+        word
     }
 }
 
-struct Writer<'a, F> {
+struct Writer<'a, 'b, F> {
     tree: &'a Bvh2,
     parts: &'a [Part],
     plan: &'a Plan,
+    /// Where a subtree gets its place is a matter of which thread is first. Nothing else depends on that.
+    room: &'a Room<'b, Line>,
     leaf: &'a F,
 }
 
-impl<F> Writer<'_, F> {
-    /// The wide node that stands for node `root` of the binary tree, and all below it.
-    fn written(&self, root: u32, parallel: usize) -> Written
+impl<F> Writer<'_, '_, F> {
+    /// The wide node that stands for node `root` of the binary tree; all below it is in its place.
+    fn top(&self, root: u32, parallel: usize) -> Node
     where
         F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32 + Sync,
     {
-        let mut chunk = Chunk { nodes: Vec::new(), leaves: Vec::new(), before: 0 };
-        if parallel == 0 {
-            self.node(root, &mut chunk);
-            return Written { lines: chunk.lines(), chunks: vec![chunk] };
-        }
         let children = self.children(root);
-        let below = |&child: &u32| (!self.plan.is_leaf(child)).then(|| self.written(child, parallel - 1));
-        let below: Vec<Option<Written>> = children.par_iter().map(below).collect();
         let mut node = self.around(&children);
-        for (lane, child) in children.iter().enumerate().filter(|(_, child)| self.plan.is_leaf(**child)) {
-            node.child[lane] = self.leaf(*child, &mut chunk.leaves);
-        }
-        let mut written = Written { lines: NODE + chunk.leaves.len(), chunks: vec![chunk] };
-        for (lane, below) in below.into_iter().enumerate() {
-            let Some(below) = below else { continue };
-            node.child[lane] = written.lines as u32;
-            written.chunks.extend(below.chunks.into_iter().map(|mut chunk| {
-                chunk.before += written.lines;
-                chunk
-            }));
-            written.lines += below.lines;
-        }
-        written.chunks[0].nodes.push(node);
-        written
+        node.child.par_iter_mut().zip(children.par_iter()).for_each(|(word, &child)| {
+            let is_leaf = self.plan.is_leaf(child);
+            if !is_leaf && parallel > 0 {
+                *word = self.room.add(lines::of(&[self.top(child, parallel - 1)])) as u32;
+                return;
+            }
+            let mut chunk = Chunk::default();
+            let first =
+                if is_leaf { self.leaf(child, &mut chunk.leaves) } else { self.node(child, &mut chunk) };
+            *word = chunk.placed(self.room, first);
+        });
+        node
     }
 
-    /// As [`written`](Self::written), behind what there is; the line of the node.
+    /// The wide node that stands for node `root` of the binary tree, and all below it, behind what there is; its word.
     fn node(&self, root: u32, chunk: &mut Chunk) -> u32
     where
         F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32,
@@ -156,18 +145,20 @@ impl<F> Writer<'_, F> {
     }
 
     /// Which nodes of the binary tree are the children of the wide node that stands for `root`.
-    fn children(&self, root: u32) -> Vec<u32> {
-        let mut children = Vec::with_capacity(WIDTH);
+    fn children(&self, root: u32) -> ArrayVec<u32, WIDTH> {
+        let mut children = ArrayVec::new();
         match self.tree.nodes[root as usize].is_leaf() {
             true => children.push(root), // a lone leaf still hangs from a node
             false => self.split(root, WIDTH, &mut children),
         }
         // Rays that look for any hit visit children in this order: first leaves, where they may end at once, and large ones.
-        children.sort_by_key(|&child| {
+        let key = |child: u32| {
             let area = self.tree.nodes[child as usize].aabb().half_area();
             (!self.plan.is_leaf(child), !area.to_bits())
-        });
-        children
+        };
+        let mut keyed: ArrayVec<_, WIDTH> = children.iter().map(|&child| (key(child), child)).collect();
+        keyed.sort_by_key(|(key, _)| *key);
+        keyed.into_iter().map(|(_, child)| child).collect()
     }
 
     /// A node with the bounds of its children.
@@ -184,7 +175,7 @@ impl<F> Writer<'_, F> {
     }
 
     /// The roots of the best forest of at most `roots`.
-    fn forest(&self, node: u32, roots: usize, out: &mut Vec<u32>) {
+    fn forest(&self, node: u32, roots: usize, out: &mut ArrayVec<u32, WIDTH>) {
         if roots == 1 || self.tree.nodes[node as usize].is_leaf() {
             out.push(node);
         } else if self.plan.left(node, roots) == 0 {
@@ -194,7 +185,7 @@ impl<F> Writer<'_, F> {
         }
     }
 
-    fn split(&self, node: u32, roots: usize, out: &mut Vec<u32>) {
+    fn split(&self, node: u32, roots: usize, out: &mut ArrayVec<u32, WIDTH>) {
         let left = self.plan.left(node, roots);
         let first = self.tree.nodes[node as usize].first_index;
         self.forest(first, left, out);
@@ -206,18 +197,21 @@ impl<F> Writer<'_, F> {
         F: Fn(&mut Vec<u32>, &mut Vec<Line>) -> u32,
     {
         let mut numbers = Vec::with_capacity(16);
-        let mut open = vec![node];
-        while let Some(index) = open.pop() {
-            let node = &self.tree.nodes[index as usize];
-            let first = node.first_index as usize;
-            if node.is_leaf() {
-                numbers.extend(self.parts[first..first + node.prim_count as usize].iter().map(Part::number));
-            } else {
-                open.extend([node.first_index + 1, node.first_index]);
-            }
-        }
+        self.gather(node, &mut numbers);
         let first = leaves.len();
         lines::leaf((self.leaf)(&mut numbers, leaves), first)
+    }
+
+    /// The numbers of all parts below a node.
+    fn gather(&self, node: u32, numbers: &mut Vec<u32>) {
+        let node = &self.tree.nodes[node as usize];
+        let first = node.first_index as usize;
+        if node.is_leaf() {
+            numbers.extend(self.parts[first..first + node.prim_count as usize].iter().map(Part::number));
+        } else {
+            self.gather(node.first_index, numbers);
+            self.gather(node.first_index + 1, numbers);
+        }
     }
 }
 
@@ -243,11 +237,11 @@ mod tests {
                 .collect();
             let mut parts: Vec<Part> = (0..).zip(&boxes).map(|(i, b)| Part::new(b, i)).collect();
             let tree = top_down::build(&mut parts, 4, &|parts| parts.len());
-            let size = LeafSize { block: 4, max_blocks: 2 };
+            let size = LeafSize { block: 4, max_blocks: 2, lines: 1 };
             let lines = collapse(&tree, &parts, size, |numbers, lines| {
                 let mut leaf = Numbers([u32::MAX; 16]);
                 leaf.0[..numbers.len()].copy_from_slice(numbers);
-                lines::extend(lines, &[leaf]);
+                lines.extend_from_slice(lines::of(&[leaf]));
                 1
             });
             let mut seen = vec![0; n as usize];
