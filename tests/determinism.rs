@@ -65,3 +65,47 @@ fn pictures_do_not_depend_on_the_trees() {
         assert!(fast == with(Quality::Best), "{name}: best differs from fast");
     }
 }
+
+/// A layer whose factor is zero is as one that is not named, to the bit, in what carries caustics too.
+#[test]
+fn layers_of_no_weight_do_not_change_the_picture() {
+    let film = |layers: &str| {
+        let text = format!(
+            r#"
+            [camera]
+            position = [0, 1, 4]
+            target = [0, 1, 0]
+            [environment]
+            type = "color"
+            color = 0.1
+            [materials]
+            floor = {{ type = "diffuse", color = 0.5 }}
+            metal = {{ type = "pbr", base_color = [0.9, 0.6, 0.3], metallic = 1, roughness = 0.1 {layers} }}
+            lamp = {{ type = "emissive", color = 20 }}
+            [[quad]]
+            origin = [-3, 0, 3]
+            u = [6, 0, 0]
+            v = [0, 0, -6]
+            material = "floor"
+            [[quad]]
+            origin = [-0.3, 3, -0.3]
+            u = [0.6, 0, 0]
+            v = [0, 0, 0.6]
+            material = "lamp"
+            [[sphere]]
+            center = [0, 1, 0]
+            radius = 0.8
+            material = "metal"
+            "#
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("scene.toml");
+        std::fs::write(&file, text).expect("written");
+        film_of(file.to_str().expect("a name"), |settings| settings)
+    };
+    let plain = film("");
+    let nothing = "clearcoat = { factor = 0 }, sheen = { color = 0 }, transmission = 0, anisotropy = { strength = 0 }, \
+                   iridescence = { factor = 0 }, diffuse_transmission = { factor = 0 }";
+    assert!(plain == film(&format!(", {nothing}")), "no layer is there");
+    assert!(plain != film(", clearcoat = { factor = 0.01 }"), "a faint one is");
+}

@@ -3,6 +3,7 @@
 //! What cannot be rendered (triangles without area or with non-finite corners) is set aside here and counted.
 
 mod emitters;
+mod materials;
 mod object;
 mod scene;
 
@@ -73,6 +74,8 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
 /// The same, with the trees that there are already: those of the first meshes.
 pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Scene {
     let World { mut model, spheres, quads, environment: surrounding, camera } = world;
+    let reduced = |material| materials::reduced(material, &model.images, &model.textures);
+    model.materials = model.materials.into_iter().map(reduced).collect();
     let materials = &model.materials;
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
     objects.par_extend(model.instances.into_par_iter().map(Object::instance));
@@ -207,14 +210,15 @@ mod tests {
     use super::*;
     use crate::{
         geometry::Ray,
-        world::{self, ColorInput, Instance, MaterialId, MeshId, Projection},
+        world::{self, ColorInput, Instance, MaterialId, MeshId, Projection, ScalarInput},
     };
 
     /// Of coincident triangles one is enough, unless a material of the scene that replaces the model's lets rays pass.
     #[test]
     fn trees_built_before_materials_are_replaced_have_what_those_need() {
         let opaque = Material::new("a", Surface::Diffuse { color: ColorInput::constant(Vec3::ONE) });
-        let glimpse = Material { alpha: Alpha::Blend, ..opaque.clone() };
+        let coverage = ScalarInput::constant(0.5);
+        let glimpse = Material { alpha: Alpha::Blend, coverage, ..opaque.clone() };
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             triangles: vec![[0, 1, 2]; 2],

@@ -81,6 +81,7 @@ impl ScalarInput {
     #[inline]
     fn at(&self, textures: &Textures, uvs: &[Vec2; 2]) -> f32 {
         match &self.texture {
+            Some((t, 3)) => self.factor * textures.alpha(t, uvs),
             Some((t, channel)) => self.factor * textures.lookup(t, uvs)[usize::from(channel & 3)],
             None => self.factor,
         }

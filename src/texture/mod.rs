@@ -49,31 +49,8 @@ impl Textures {
 
     /// Linear RGBA at the UVs of a surface point. Only the channels that a colour space bends are decoded: never A.
     pub fn lookup(&self, reference: &TextureRef, uvs: &[Vec2; 2]) -> Vec4 {
-        let texture = &self.textures[reference.texture.index()];
-        let image = &self.images[texture.image.index()];
-        let uv = reference.transform.transform_point2(uvs[usize::from(reference.uv_set & 1)]);
-        let (width, height) = (image.width as i32, image.height as i32);
-        let mut position = uv * Vec2::new(width as f32, height as f32);
-        if !(position.x.abs() < FAR && position.y.abs() < FAR) {
-            if !position.is_finite() {
-                return Vec4::ZERO;
-            }
-            position = position.clamp(Vec2::splat(-FAR), Vec2::splat(FAR));
-        }
-        let nearest = texture.filter == Filter::Nearest;
-        let shifted = if nearest { position } else { position - 0.5 };
-        let (x, fx) = floor(shifted.x);
-        let (y, fy) = floor(shifted.y);
-        let left = wrap(texture.wrap_u, x, width) as usize;
-        let above = wrap(texture.wrap_v, y, height) as usize * width as usize;
-        let corners = if nearest {
-            Corners { at: [above + left; 4], fx: 0.0, fy: 0.0 }
-        } else {
-            let right = wrap(texture.wrap_u, x + 1, width) as usize;
-            let below = wrap(texture.wrap_v, y + 1, height) as usize * width as usize;
-            Corners { at: [above + left, above + right, below + left, below + right], fx, fy }
-        };
-        match (&image.texels, texture.color_space) {
+        let Some((image, color_space, corners)) = self.corners(reference, uvs) else { return Vec4::ZERO };
+        match (&image.texels, color_space) {
             (Texels::Rgba8(t), ColorSpace::Srgb) => corners.blend(|i| {
                 let [r, g, b, a] = t[i];
                 let linear = |c: u8| self.srgb[usize::from(c)];
@@ -94,6 +71,47 @@ impl Textures {
             }),
         }
     }
+
+    /// A, as [`lookup`](Self::lookup) has it, without the colour: what every ray asks that meets a surface with holes.
+    pub fn alpha(&self, reference: &TextureRef, uvs: &[Vec2; 2]) -> f32 {
+        let Some((image, color_space, corners)) = self.corners(reference, uvs) else { return 0.0 };
+        match (&image.texels, color_space) {
+            (Texels::Rgba8(t), ColorSpace::Srgb) => corners.mix(|i| f32::from(t[i][3]) * (1.0 / 255.0)),
+            (Texels::Rgba8(t), ColorSpace::Linear) => corners.mix(|i| f32::from(t[i][3])) * (1.0 / 255.0),
+            (Texels::Rgba16(t), _) => corners.mix(|i| f32::from(t[i][3]) * (1.0 / 65535.0)),
+            (Texels::RgbF32(_), _) => 1.0,
+        }
+    }
+
+    /// The texels about a point, and what they are; `None` where there is no such point.
+    #[inline(always)]
+    fn corners(&self, reference: &TextureRef, uvs: &[Vec2; 2]) -> Option<(&Image, ColorSpace, Corners)> {
+        let texture = &self.textures[reference.texture.index()];
+        let image = &self.images[texture.image.index()];
+        let uv = reference.transform.transform_point2(uvs[usize::from(reference.uv_set & 1)]);
+        let (width, height) = (image.width as i32, image.height as i32);
+        let mut position = uv * Vec2::new(width as f32, height as f32);
+        if !(position.x.abs() < FAR && position.y.abs() < FAR) {
+            if !position.is_finite() {
+                return None;
+            }
+            position = position.clamp(Vec2::splat(-FAR), Vec2::splat(FAR));
+        }
+        let nearest = texture.filter == Filter::Nearest;
+        let shifted = if nearest { position } else { position - 0.5 };
+        let (x, fx) = floor(shifted.x);
+        let (y, fy) = floor(shifted.y);
+        let left = wrap(texture.wrap_u, x, width) as usize;
+        let above = wrap(texture.wrap_v, y, height) as usize * width as usize;
+        let corners = if nearest {
+            Corners { at: [above + left; 4], fx: 0.0, fy: 0.0 }
+        } else {
+            let right = wrap(texture.wrap_u, x + 1, width) as usize;
+            let below = wrap(texture.wrap_v, y + 1, height) as usize * width as usize;
+            Corners { at: [above + left, above + right, below + left, below + right], fx, fy }
+        };
+        Some((image, texture.color_space, corners))
+    }
 }
 
 /// Places in the list of texels: upper left, upper right, lower left, lower right; and how far between them.
@@ -109,6 +127,15 @@ impl Corners {
         let [a, b, c, d] = self.at;
         let above = texel(a).lerp(texel(b), self.fx);
         above.lerp(texel(c).lerp(texel(d), self.fx), self.fy)
+    }
+
+    /// [`blend`](Self::blend) of one channel, to the bit.
+    #[inline(always)]
+    fn mix(&self, texel: impl Fn(usize) -> f32) -> f32 {
+        let lerp = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
+        let [a, b, c, d] = self.at;
+        let above = lerp(texel(a), texel(b), self.fx);
+        lerp(above, lerp(texel(c), texel(d), self.fx), self.fy)
     }
 }
 
@@ -189,6 +216,38 @@ mod tests {
         assert!(between.abs_diff_eq(Vec4::new(0.5, 0.5, 0.0, 1.0), 1e-6));
         let grey = at(&t, 0.99, 0.99);
         assert!((grey.x - srgb_decode(188.0 / 255.0)).abs() < 1e-6 && (grey.w - 128.0 / 255.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn alpha_alone_is_that_of_the_whole_texel() {
+        let sixteen = BYTES.map(|texel| texel.map(|c| 251 * u16::from(c))).to_vec();
+        let kinds = [
+            Texels::Rgba8(BYTES.to_vec()),
+            Texels::Rgba16(sixteen),
+            Texels::RgbF32(BYTES.map(|[r, g, b, _]| [r, g, b].map(f32::from)).to_vec()),
+        ];
+        for texels in kinds {
+            for (filter, color_space) in [Filter::Linear, Filter::Nearest]
+                .into_iter()
+                .flat_map(|f| [(f, ColorSpace::Srgb), (f, ColorSpace::Linear)])
+            {
+                let image = Image { name: String::new(), width: 2, height: 2, texels: texels.clone() };
+                let (wrap_u, wrap_v) = (Wrap::Repeat, Wrap::ClampToEdge);
+                let texture = Texture { image: ImageId(0), color_space, wrap_u, wrap_v, filter };
+                let t = Textures::new(vec![image], vec![texture]);
+                let reference = TextureRef { texture: TextureId(0), uv_set: 0, transform: Affine2::IDENTITY };
+                for i in 0..64 {
+                    let uvs = [Vec2::new((i % 8) as f32, (i / 8) as f32) * 0.17 - 0.1; 2];
+                    assert_eq!(
+                        t.alpha(&reference, &uvs),
+                        t.lookup(&reference, &uvs).w,
+                        "{texels:?} at {}",
+                        uvs[0]
+                    );
+                }
+                assert_eq!(t.alpha(&reference, &[Vec2::NAN; 2]), 0.0);
+            }
+        }
     }
 
     #[test]
