@@ -198,6 +198,19 @@ fn lights(criterion: &mut Criterion) {
             });
         }
     }
+    // One lamp, of a size that fills much of what is above.
+    for (kind, size) in [("disk", "radius = 8"), ("rect", "size = [14, 14]")] {
+        let scene = compiled(&format!(
+            "[camera]\nposition = [0, 0, 3]\n[[light]]\ntype = \"{kind}\"\nposition = [10, 20, 10]\n\
+             direction = [0, -1, 0]\n{size}"
+        ));
+        group.bench_function(format!("{kind}/sample"), |bencher| {
+            let sample = |(p, receiver, u): &(Vec3, Receiver, f32)| {
+                scene.lights.sample(*p, receiver, *u, Vec2::new(*u, 1.0 - u))
+            };
+            bencher.iter(|| inputs.iter().filter_map(sample).count());
+        });
+    }
 }
 
 fn point_lights(count: u32) -> Scene {

@@ -18,6 +18,9 @@ use rayo::{
 };
 use statrs::distribution::{ContinuousCDF, Normal};
 
+#[path = "unbiased/lights.rs"]
+mod lights;
+
 const SIZE: u32 = 32;
 
 /// Of each block of 4 × 4 pixels the mean and its variance, and the median over blocks of the relative variance of a sample
@@ -51,6 +54,10 @@ fn load(text: &str) -> (World, Settings) {
 }
 
 fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
+    show_changed(text, filter, way, |_| ())
+}
+
+fn show_changed(text: &str, filter: PixelFilter, way: Way, change: impl FnOnce(&mut Scene)) -> Shown {
     let Way { lamps, adaptive, samples, seed } = way;
     let (world, settings) = load(text);
     let settings = Settings { samples, adaptive, filter, seed, ..settings };
@@ -59,6 +66,7 @@ fn show(text: &str, filter: PixelFilter, way: Way) -> Shown {
     if !lamps {
         scene.aim = None;
     }
+    change(&mut scene);
     let film = render::render(&scene, &settings, &Monitor::default()).expect("rendered").film;
     let pixel = |x: u32, y: u32| {
         let i = (y * SIZE + x) as usize;

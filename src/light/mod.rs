@@ -2,6 +2,7 @@
 
 mod aim;
 mod cluster;
+mod ellipse;
 mod environment;
 mod lights;
 mod map;

@@ -1,8 +1,8 @@
 //! A quad as a light: the points origin + a·u + b·v, a and b in [0, 1], or the inscribed ellipse.
 //!
 //! A rectangle is drawn uniformly over the solid angle under which it is seen: Ureña, Fajardo, King 2013, *An
-//! Area-Preserving Parametrization for Spherical Rectangles*. Where that angle is too small for its arithmetic, and
-//! for parallelograms and ellipses, the draw is uniform over the area.
+//! Area-Preserving Parametrization for Spherical Rectangles*; an ellipse [nearly so](super::ellipse). Where that angle is too
+//! small for its arithmetic, and for parallelograms, the draw is uniform over the area.
 //!
 //! | parameter | unit | |
 //! |---|---|---|
@@ -13,7 +13,10 @@ use std::f32::consts::{FRAC_PI_4, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::shape::{ShapeSample, area_to_solid_angle};
+use super::{
+    ellipse::{Ellipse, SphericalEllipse},
+    shape::{ShapeSample, area_to_solid_angle},
+};
 use crate::sampling::warp::concentric_disk;
 
 /// Below this solid angle, in sr, a rectangle is drawn by area: the angle comes out of sums of numbers of the size of 1,
@@ -31,22 +34,33 @@ pub struct Quad {
     origin: Vec3,
     u: Vec3,
     v: Vec3,
-    round: bool,
-    /// Of a rectangle.
-    sides: Option<Sides>,
+    outline: Outline,
     pub(super) normal: Vec3,
     pub(super) area: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Outline {
+    Rectangle(Sides),
+    Ellipse(Ellipse),
+    Parallelogram,
 }
 
 impl Quad {
     pub fn new(origin: Vec3, u: Vec3, v: Vec3, round: bool) -> Self {
         let cross = u.cross(v);
         let normal = cross.normalize_or_zero();
-        let rectangle = !round && u.dot(v).abs() <= PERPENDICULAR * u.length() * v.length();
+        let perpendicular = u.dot(v).abs() <= PERPENDICULAR * u.length() * v.length();
         let share = if round { FRAC_PI_4 } else { 1.0 };
         let area = if normal == Vec3::ZERO { 0.0 } else { share * cross.length() };
-        let sides = (rectangle && area > 0.0).then(|| Sides::new(u, v));
-        Self { origin, u, v, round, sides, normal, area }
+        let outline = if round {
+            Outline::Ellipse(Ellipse::new(u, v))
+        } else if perpendicular && area > 0.0 {
+            Outline::Rectangle(Sides::new(u, v))
+        } else {
+            Outline::Parallelogram
+        };
+        Self { origin, u, v, outline, normal, area }
     }
 
     pub fn corners(&self) -> [Vec3; 4] {
@@ -57,9 +71,17 @@ impl Quad {
         if self.area <= 0.0 {
             return None;
         }
-        if let Some(seen) = self.spherical(p) {
-            let uv = seen.sample(u);
-            let pdf = 1.0 / seen.solid_angle;
+        let by_solid_angle = match &self.outline {
+            Outline::Rectangle(sides) => {
+                self.rectangle(p, sides).map(|seen| (seen.sample(u), 1.0 / seen.solid_angle))
+            }
+            Outline::Ellipse(ellipse) => self.ellipse(p, ellipse).map(|seen| {
+                let (on_disk, pdf) = seen.sample(u);
+                (ellipse.uv(on_disk), pdf)
+            }),
+            Outline::Parallelogram => None,
+        };
+        if let Some((uv, pdf)) = by_solid_angle {
             return Some(ShapeSample { point: self.point(uv), normal: self.normal, uv, pdf });
         }
         let (point, uv) = self.sample_area(u);
@@ -69,15 +91,22 @@ impl Quad {
 
     /// A uniform point, and its (a, b).
     pub fn sample_area(&self, u: Vec2) -> (Vec3, Vec2) {
-        let uv = if self.round { 0.5 * (concentric_disk(u) + Vec2::ONE) } else { u };
+        let uv = match self.outline {
+            Outline::Ellipse(_) => 0.5 * (concentric_disk(u) + Vec2::ONE),
+            _ => u,
+        };
         (self.point(uv), uv)
     }
 
     pub fn pdf(&self, p: Vec3, point: Vec3) -> f32 {
-        match self.spherical(p) {
-            Some(seen) => 1.0 / seen.solid_angle,
-            None => area_to_solid_angle(p, point, self.normal, self.area),
-        }
+        let by_solid_angle = match &self.outline {
+            Outline::Rectangle(sides) => self.rectangle(p, sides).map(|seen| 1.0 / seen.solid_angle),
+            Outline::Ellipse(ellipse) => {
+                self.ellipse(p, ellipse).map(|seen| seen.pdf(ellipse, point - p, self.normal))
+            }
+            Outline::Parallelogram => None,
+        };
+        by_solid_angle.unwrap_or_else(|| area_to_solid_angle(p, point, self.normal, self.area))
     }
 
     fn point(&self, uv: Vec2) -> Vec3 {
@@ -85,10 +114,14 @@ impl Quad {
     }
 
     /// `None` where the draw is by area.
-    fn spherical(&self, p: Vec3) -> Option<SphericalRectangle> {
-        let sides = self.sides.as_ref()?;
+    fn rectangle(&self, p: Vec3, sides: &Sides) -> Option<SphericalRectangle> {
         Some(SphericalRectangle::new(p - self.origin, sides))
             .filter(|seen| seen.solid_angle >= SMALLEST_SOLID_ANGLE)
+    }
+
+    /// `None` where the draw is by area.
+    fn ellipse(&self, p: Vec3, ellipse: &Ellipse) -> Option<SphericalEllipse> {
+        SphericalEllipse::new(ellipse, self.point(Vec2::splat(0.5)) - p, self.normal)
     }
 }
 

@@ -6,10 +6,10 @@ use crate::{
     light::{Quad, Sphere, Triangle},
     sampling::{
         mis::power_heuristic,
-        stats::{chi2_test, r3},
+        stats::{chi2_test, integrate_hemisphere, r3},
         warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere},
     },
-    world::{EnvironmentKind, Light},
+    world::{ColorSpace, EnvironmentKind, Image, ImageId, Light, Texels},
 };
 
 fn environment(bottom: f32, top: f32) -> Environment {
@@ -111,6 +111,35 @@ fn points_and_suns_give_what_they_say() {
     assert_close(irradiance(&Lights::new(&all, environment(1.0, 1.0)), Vec3::ZERO, Vec3::Y), 6.0 + PI);
 }
 
+/// What is drawn of the sky leaves out half of its mean: the rest comes by the other draw, with weights that sum to 1 everywhere.
+#[test]
+fn skies_of_which_not_all_is_drawn_give_their_irradiance() {
+    let texel = |i: usize| match (i % 16, i / 16) {
+        (5, 2) => [300.0, 250.0, 200.0],
+        (x, y) if y < 4 => [0.2 + 0.1 * (x % 3) as f32, 0.5, 0.9],
+        _ => [0.1, 0.3 * (i % 2) as f32, 0.05],
+    };
+    let texels = Texels::RgbF32((0..128).map(texel).collect());
+    let image = Image { name: "sky".into(), width: 16, height: 8, texels };
+    let gradient = |bottom: f32, top: f32| EnvironmentKind::Gradient {
+        bottom: Vec3::splat(bottom),
+        top: Vec3::splat(top),
+    };
+    let map = EnvironmentKind::Image { image: ImageId(0), color_space: ColorSpace::Linear };
+    for (name, kind) in [("image", map), ("steep", gradient(0.1, 5.0)), ("even", gradient(0.8, 1.0))] {
+        let described = world::Environment { kind, strength: 1.0, rotation: 0.4, visible: true };
+        let lights = Lights::new(&[], Environment::new(&described, std::slice::from_ref(&image)));
+        // up, aside, and down where hardly any of it is drawn
+        for n in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8), Vec3::new(0.0, -0.96, 0.28)] {
+            let frame = Frame::from_z(n);
+            let radiance = |w| lights.environment().radiance(frame.to_world(w)).x;
+            let expected = integrate_hemisphere(|w| radiance(w) * w.z);
+            let found = irradiance(&lights, Vec3::ZERO, n);
+            assert!((found / expected - 1.0).abs() < 4e-3, "{name}, {n}: {found}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn a_mixture_gives_the_sum() {
     let (emitters, _) = mixture();
@@ -177,6 +206,35 @@ fn a_sample_carries_the_density_that_is_asked_for_later() {
         assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{pdf}, drawn with {}", s.pdf);
     }
     assert!(found[0] > 400 && found[1] > 400, "{found:?}");
+}
+
+/// Whoever meets a lamp by chance weighs that against the same density as whoever chose it, for whatever receiver.
+#[test]
+fn weights_of_both_ways_to_a_lamp_are_of_the_same_density() {
+    let lamps: Vec<(Vec3, f32)> = (0..40).map(|i| (6.0 * Vec3::from(r3(i)), 0.1 + 0.2 * r3(i)[1])).collect();
+    let emitter = |(i, &(center, radius)): (u32, &(Vec3, f32))| Emitter::Surface {
+        object: i,
+        primitive: 0,
+        shape: sphere(center, radius),
+        power: 0.1 + r3(i)[0],
+        two_sided: false,
+    };
+    let emitters: Vec<_> = (0..).zip(&lamps).map(emitter).collect();
+    let lights = Lights::new(&emitters, environment(0.5, 1.0));
+    let mut found = 0;
+    for i in 0..4000 {
+        let [a, b, c] = r3(i);
+        let [d, e, f] = r3(i + 7000);
+        let p = 6.0 * Vec3::new(d, e, f);
+        let frame = Frame::from_z(uniform_sphere(Vec2::new(e, d)));
+        let receiver = Receiver::new(frame, Vec3::new(0.6, 0.0, 0.8), [1.0 - f, f], 0.05 + b);
+        let Some(s) = lights.sample(p, &receiver, a, Vec2::new(b, c)) else { continue };
+        let Source::Surface { object, point, .. } = s.source else { continue };
+        let told = lights.mis_pdf_surface(object, p, point);
+        assert!((told / s.mis_pdf - 1.0).abs() < 1e-3, "{told}, drawn with {}", s.mis_pdf);
+        found += 1;
+    }
+    assert!(found > 500, "{found}");
 }
 
 #[test]
