@@ -1,6 +1,6 @@
 //! The tree over one mesh, in its own space; any number of instances share it.
 
-use std::collections::BinaryHeap;
+use std::{cmp::Reverse, collections::BinaryHeap};
 
 use glam::{DVec3, Vec3};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
@@ -52,7 +52,7 @@ impl Blas {
     /// same corners all but the first are left out too, unless hits are filtered: at equal t it is the one that is hit.)
     ///
     /// # Panics
-    /// On more than 2²⁸ triangles, or fewer where they make a tree of more than 32 GiB.
+    /// On more than 2²⁸ triangles, or fewer where a tree of more than 32 GiB is planned for them.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], build: Build) -> Self {
         assert!(triangles.len() <= MAX_TRIANGLES, "too many triangles for one mesh");
         let corners = |i: u32| corners(positions, &triangles[i as usize]);
@@ -103,12 +103,17 @@ impl Blas {
     }
 }
 
-/// The largest nodes opened, as long as they are less than [`OUTLINE`].
+/// The largest nodes opened, as long as they are less than [`OUTLINE`]. (Of equal ones, those that were met first: their places in memory
+/// differ from time to time.)
 fn outline(tree: &Bvh2) -> Vec<Aabb> {
-    let entry = |index: u32| (tree.nodes[index as usize].aabb().half_area().to_bits(), index);
-    let mut open: BinaryHeap<(u32, u32)> = tree.nodes.iter().take(1).map(|_| entry(0)).collect();
+    let mut met = 0;
+    let mut entry = |index: u32| {
+        met += 1;
+        (tree.nodes[index as usize].aabb().half_area().to_bits(), Reverse(met), index)
+    };
+    let mut open: BinaryHeap<_> = tree.nodes.iter().take(1).map(|_| entry(0)).collect();
     let mut boxes = Vec::new();
-    while let Some((_, index)) = open.pop() {
+    while let Some((_, _, index)) = open.pop() {
         let node = &tree.nodes[index as usize];
         if node.is_leaf() || boxes.len() + open.len() + 1 >= OUTLINE {
             boxes.push(*node.aabb());

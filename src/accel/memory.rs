@@ -14,7 +14,8 @@ pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     vec
 }
 
-/// Up to `capacity` items, written by whoever takes room for them, from any thread. What is not taken is not touched.
+/// Up to `capacity` items, written by whoever takes room for them, from any thread. What is not taken is not touched:
+/// it costs addresses alone, where the system does not reckon with all that is asked for.
 pub fn filled<T: Send>(capacity: usize, write: impl FnOnce(&Room<T>)) -> Vec<T> {
     let mut all = with_capacity(capacity);
     let room = Room(Mutex::new((0, &mut all.spare_capacity_mut()[..capacity])));

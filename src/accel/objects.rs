@@ -284,7 +284,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
         let blas = &self.objects.blases[instance.blas as usize];
         let slabs = Slabs::new(origin, direction, self.ray.t_min);
         let ray = Ray { origin: origin.into(), direction: direction.into(), ..*self.ray };
-        let mut leaves = TriangleLeaves { ray, shear: None, id: instance.id, search: &mut self.search };
+        let mut leaves = TriangleLeaves { ray: &ray, shear: None, id: instance.id, search: &mut self.search };
         // SAFETY: `lines` comes from `collapse`.
         unsafe { traverse::<L, _>(&blas.lines, &slabs, &mut leaves) }
     }
@@ -309,7 +309,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> ObjectLeaves<'_, F, ANY> {
 }
 
 struct TriangleLeaves<'a, F, const ANY: bool> {
-    ray: Ray,
+    ray: &'a Ray,
     /// Of the ray; `None` until the first leaf, which rays that only brush the box of an instance never get to.
     shear: Option<Shear>,
     id: Id,
@@ -325,7 +325,7 @@ impl<F: FnMut(&Hit) -> bool, const ANY: bool> Leaves for TriangleLeaves<'_, F, A
         // SAFETY: `Blas` has so many blocks there.
         for block in unsafe { std::slice::from_raw_parts(first.cast::<Block>(), tag as usize) } {
             let t_min = self.ray.t_min.max(0.0);
-            let Some(hits) = block.intersect::<L>(&self.ray, &shear, t_min, self.search.t_last()) else {
+            let Some(hits) = block.intersect::<L>(self.ray, &shear, t_min, self.search.t_last()) else {
                 continue;
             };
             if ANY && !self.id.filtered {

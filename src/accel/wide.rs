@@ -13,7 +13,7 @@ use super::{
 };
 
 /// Down to this level of the wide tree subtrees are written in parallel.
-const PARALLEL_LEVELS: usize = 4;
+const PARALLEL_LEVELS: usize = 3;
 
 /// Four cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub const NODE: usize = lines_of::<Node>();
 /// No deeper than [`MAX_DEPTH`](super::top_down::MAX_DEPTH), since `tree` is not.
 ///
 /// # Panics
-/// On a tree of more than [`MAX_LINES`].
+/// Where more than [`MAX_LINES`] are planned.
 pub fn collapse(
     tree: &Bvh2,
     parts: &[Part],
@@ -79,9 +79,9 @@ struct Chunk {
 impl Chunk {
     /// Copies it there; what is to be added to words of its nodes and of its leaves is added, and to `word`, which is given back.
     fn placed(mut self, room: &Room<Line>, mut word: u32) -> u32 {
-        let leaves = room.add(&self.leaves);
         // SAFETY: it is written below.
-        let (nodes, place) = unsafe { room.take(NODE * self.nodes.len()) };
+        let (nodes, place) = unsafe { room.take(NODE * self.nodes.len() + self.leaves.len()) };
+        let leaves = nodes + NODE * self.nodes.len();
         for word in self.nodes.iter_mut().flat_map(|node| &mut node.child).chain([&mut word]) {
             *word += match *word {
                 LEAF => 0, // unused
@@ -89,7 +89,9 @@ impl Chunk {
                 _ => nodes as u32,
             };
         }
-        place.write_copy_of_slice(lines::of(&self.nodes));
+        let (to_nodes, to_leaves) = place.split_at_mut(NODE * self.nodes.len());
+        to_nodes.write_copy_of_slice(lines::of(&self.nodes));
+        to_leaves.write_copy_of_slice(&self.leaves);
         word
     }
 }

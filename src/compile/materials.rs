@@ -1,18 +1,47 @@
-//! Materials without what has no effect anywhere, so that no hit asks for it: layers whose constant weight is zero, textures that a
-//! factor of zero multiplies, coverage that is complete.
+//! Materials without what has no effect anywhere, so that no hit asks for it: layers whose constant weight is zero, textures of
+//! glTF's materials that a factor of zero multiplies, coverage that is complete, colours of vertices that have none.
 //!
 //! Layers that weigh nothing at some hits alone, by a texture, are left out there, in `material`. Exporters see what the author wrote.
+
+use std::collections::HashMap;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::world::{
-    Alpha, ColorInput, Image, Layered, Material, Pbr, ScalarInput, SpecularGlossiness, Surface, Texels,
-    Texture,
+    Alpha, ColorInput, Image, Layered, Material, Model, Pbr, ScalarInput, SpecularGlossiness, Surface,
+    Texels, TextureId,
 };
 
-/// `material` as it is rendered. Of `images` those are looked at that say what a surface covers: many are full.
-pub fn reduced(mut material: Material, images: &[Image], textures: &[Texture]) -> Material {
+/// The materials of `model` as they are rendered. Of its images, which need not be there, those are looked at that say what a surface
+/// covers: many are full.
+pub fn rendered(model: &Model) -> Vec<Material> {
+    let mut colored = vec![false; model.materials.len()];
+    for instance in &model.instances {
+        let mesh = model.meshes.get(instance.mesh.index());
+        if mesh.is_some_and(|mesh| !mesh.colors.is_empty()) {
+            let of =
+                instance.materials.iter().filter_map(|id| colored.get_mut(id.index()).map(|c| *c = true));
+            of.for_each(drop);
+        }
+    }
+    let mut known = HashMap::new();
+    let mut is_full = |texture: TextureId, channel: u8| {
+        let Some(image) = model.textures.get(texture.index()).map(|texture| texture.image) else {
+            return false;
+        };
+        let of = |image: &Image| self::is_full(image, channel);
+        *known.entry((image, channel)).or_insert_with(|| model.images.get(image.index()).is_some_and(of))
+    };
+    let reduce = |(material, colored): (&Material, bool)| {
+        let vertex_colors = material.vertex_colors && colored;
+        reduced(Material { vertex_colors, ..material.clone() }, &mut is_full)
+    };
+    model.materials.iter().zip(colored).map(reduce).collect()
+}
+
+/// `material` as it is rendered; `is_full` says whether a channel of a texture is 1 everywhere.
+pub fn reduced(mut material: Material, is_full: &mut dyn FnMut(TextureId, u8) -> bool) -> Material {
     material.surface = match material.surface {
         Surface::Layered(layered) => surface(*layered),
         Surface::Pbr(pbr) => Surface::Pbr(self::pbr(pbr)),
@@ -25,10 +54,8 @@ pub fn reduced(mut material: Material, images: &[Image], textures: &[Texture]) -
     };
     material.emission = material.emission.filter(|e| e.strength != 0.0 && e.color.factor != Vec3::ZERO);
     if material.alpha != Alpha::Opaque {
-        material.coverage.texture = material.coverage.texture.filter(|(texture, channel)| {
-            let image = textures.get(texture.texture.index()).and_then(|t| images.get(t.image.index()));
-            !image.is_some_and(|image| is_full(image, *channel))
-        });
+        let texture = material.coverage.texture;
+        material.coverage.texture = texture.filter(|(texture, channel)| !is_full(texture.texture, *channel));
     }
     let covers_all = material.coverage.texture.is_none() && !material.vertex_colors;
     match material.alpha {
@@ -44,12 +71,16 @@ pub fn reduced(mut material: Material, images: &[Image], textures: &[Texture]) -
     material
 }
 
-/// Whether a channel is 1 in all texels.
+/// Whether a channel is 1 in all texels, of which there are some.
 fn is_full(image: &Image, channel: u8) -> bool {
     let channel = usize::from(channel & 3);
     match &image.texels {
-        Texels::Rgba8(texels) => texels.par_iter().all(|texel| texel[channel] == u8::MAX),
-        Texels::Rgba16(texels) => texels.par_iter().all(|texel| texel[channel] == u16::MAX),
+        Texels::Rgba8(texels) => {
+            !texels.is_empty() && texels.par_iter().all(|texel| texel[channel] == u8::MAX)
+        }
+        Texels::Rgba16(texels) => {
+            !texels.is_empty() && texels.par_iter().all(|texel| texel[channel] == u16::MAX)
+        }
         Texels::RgbF32(_) => channel == 3,
     }
 }
@@ -93,12 +124,12 @@ fn scalar(input: ScalarInput) -> ScalarInput {
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine2;
+    use glam::{Affine2, Affine3A, Vec4};
 
     use super::*;
     use crate::world::{
-        Anisotropy, Clearcoat, ColorSpace, DiffuseTransmission, Emission, Filter, ImageId, Iridescence,
-        Sheen, SpecularLevel, TextureId, TextureRef, Volume, Wrap,
+        Anisotropy, Clearcoat, ColorSpace, DiffuseTransmission, Emission, Filter, ImageId, Instance,
+        Iridescence, MaterialId, Mesh, MeshId, Sheen, SpecularLevel, Texture, TextureRef, Volume, Wrap,
     };
 
     const TEXTURE: TextureRef = TextureRef { texture: TextureId(0), uv_set: 0, transform: Affine2::IDENTITY };
@@ -118,7 +149,7 @@ mod tests {
     }
 
     fn kept(surface: Surface) -> Surface {
-        reduced(Material::new("", surface), &[], &[]).surface
+        reduced(Material::new("", surface), &mut |_, _| false).surface
     }
 
     /// Every layer there is, of this weight.
@@ -173,20 +204,15 @@ mod tests {
         assert_eq!((found.metallic, found.roughness), (ScalarInput::constant(0.0), textured(0.5)));
         let emission = |strength| {
             let emission = Emission { color: tinted(Vec3::ONE), strength, two_sided: false };
-            reduced(Material { emission: Some(emission), ..Material::new("", Surface::Black) }, &[], &[])
-                .emission
+            let material = Material { emission: Some(emission), ..Material::new("", Surface::Black) };
+            reduced(material, &mut |_, _| false).emission
         };
         assert!(emission(0.0).is_none() && emission(1.0).is_some());
     }
 
-    #[test]
-    fn what_covers_all_is_opaque() {
-        let image = |alpha| Image {
-            name: String::new(),
-            width: 2,
-            height: 1,
-            texels: Texels::Rgba8(vec![[0, 0, 0, 255], [0, 0, 0, alpha]]),
-        };
+    /// What a material with this coverage becomes, on a mesh with colours or without.
+    fn alpha(alpha: Alpha, coverage: ScalarInput, texel: u8, colors: Vec<Vec4>) -> Alpha {
+        let texels = Texels::Rgba8(vec![[0, 0, 0, 255], [0, 0, 0, texel]]);
         let texture = Texture {
             image: ImageId(0),
             color_space: ColorSpace::Srgb,
@@ -194,22 +220,35 @@ mod tests {
             wrap_v: Wrap::Repeat,
             filter: Filter::Linear,
         };
-        let alpha = |alpha, coverage, texel, vertex_colors| {
-            let material = Material { alpha, coverage, vertex_colors, ..Material::new("", Surface::Black) };
-            reduced(material, &[image(texel)], &[texture]).alpha
+        // (as glTF has it for all materials)
+        let material = Material { alpha, coverage, vertex_colors: true, ..Material::new("", Surface::Black) };
+        let model = Model {
+            meshes: vec![Mesh { colors, ..Mesh::default() }],
+            images: vec![Image { name: String::new(), width: 2, height: 1, texels }],
+            textures: vec![texture],
+            materials: vec![material],
+            instances: vec![Instance {
+                name: String::new(),
+                mesh: MeshId(0),
+                to_world: Affine3A::IDENTITY,
+                materials: vec![MaterialId(0)],
+            }],
+            ..Model::default()
         };
+        rendered(&model)[0].alpha
+    }
+
+    #[test]
+    fn what_covers_all_is_opaque() {
         let mask = Alpha::Mask { cutoff: 0.5 };
         for (coverage, texel) in [(textured(1.0), 255), (ScalarInput::constant(1.0), 0)] {
-            assert_eq!(alpha(Alpha::Blend, coverage, texel, false), Alpha::Opaque);
-            assert_eq!(alpha(mask, coverage, texel, false), Alpha::Opaque);
-            assert_eq!(
-                alpha(Alpha::Blend, coverage, texel, true),
-                Alpha::Blend,
-                "vertex colours have alpha too"
-            );
+            assert_eq!(alpha(Alpha::Blend, coverage, texel, vec![]), Alpha::Opaque);
+            assert_eq!(alpha(mask, coverage, texel, vec![]), Alpha::Opaque);
+            let colors = vec![Vec4::splat(0.5)];
+            assert_eq!(alpha(Alpha::Blend, coverage, texel, colors), Alpha::Blend, "vertices have alpha too");
         }
-        assert_eq!(alpha(Alpha::Blend, textured(1.0), 254, false), Alpha::Blend);
-        assert_eq!(alpha(Alpha::Blend, textured(0.9), 255, false), Alpha::Blend);
-        assert_eq!(alpha(mask, textured(0.4), 255, false), mask);
+        assert_eq!(alpha(Alpha::Blend, textured(1.0), 254, vec![]), Alpha::Blend);
+        assert_eq!(alpha(Alpha::Blend, textured(0.9), 255, vec![]), Alpha::Blend);
+        assert_eq!(alpha(mask, textured(0.4), 255, vec![]), mask);
     }
 }

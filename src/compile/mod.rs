@@ -44,10 +44,12 @@ impl Trees {
     /// Of `model`, whose images need not be there; some of its materials may be replaced by those of `replacing`.
     pub fn of(model: &Model, replacing: &[&Material], settings: &Settings) -> Self {
         let start = Instant::now();
-        let replaced = replacing.iter().any(|material| must_be_asked(material));
+        let reduced = |material: &Material| materials::reduced(material.clone(), &mut |_, _| false);
+        let replaced = replacing.iter().any(|material| must_be_asked(&reduced(material)));
+        let rendered = materials::rendered(model);
         let mut filtered = vec![replaced; model.meshes.len()];
         for instance in &model.instances {
-            let mut materials = instance.materials.iter().filter_map(|id| model.materials.get(id.index()));
+            let mut materials = instance.materials.iter().filter_map(|id| rendered.get(id.index()));
             if let Some(filtered) = filtered.get_mut(instance.mesh.index()) {
                 *filtered |= materials.any(must_be_asked);
             }
@@ -74,8 +76,7 @@ pub fn compile(world: World, settings: &Settings) -> Scene {
 /// The same, with the trees that there are already: those of the first meshes.
 pub fn compile_with(world: World, trees: Vec<Trees>, settings: &Settings) -> Scene {
     let World { mut model, spheres, quads, environment: surrounding, camera } = world;
-    let reduced = |material| materials::reduced(material, &model.images, &model.textures);
-    model.materials = model.materials.into_iter().map(reduced).collect();
+    model.materials = materials::rendered(&model);
     let materials = &model.materials;
     let mut objects: Vec<Object> = Vec::with_capacity(model.instances.len() + spheres.len() + quads.len());
     objects.par_extend(model.instances.into_par_iter().map(Object::instance));

@@ -30,8 +30,9 @@ use glam::{Vec2, Vec3};
 
 use crate::{geometry::Frame, sampling::warp::concentric_disk};
 
-/// Below this solid angle, in sr, the draw is by area: that takes 50 ns less, and has a few per cent more variance at most.
-const SMALLEST_SOLID_ANGLE: f32 = 0.1;
+/// Below this solid angle, in sr, the draw is by area: of a lamp that is far away that takes 50 ns less, and has a few per cent more variance at
+/// most. One that is near is seen so small only from beside its plane, or if it is thin; there the area says little.
+const SMALLEST_SOLID_ANGLE: [f32; 2] = [0.1, 0.01];
 
 /// Squared distance, in semi-axes, from which the solid angle is known well enough before it is computed.
 const FAR: f32 = 4.0;
@@ -109,7 +110,8 @@ impl SphericalEllipse {
         let d2 = center.length_squared();
         // Of one that is far away π b c_z / d³ is the solid angle. (Not NaN either.)
         let faces = PI * b * center.z;
-        if !(center.z > 0.0 && (d2 < FAR || faces * faces >= SMALLEST_SOLID_ANGLE.powi(2) * d2 * d2 * d2)) {
+        if !(center.z > 0.0 && (d2 < FAR || faces * faces >= SMALLEST_SOLID_ANGLE[0].powi(2) * d2 * d2 * d2))
+        {
             return None;
         }
         let b2 = b * b;
@@ -127,7 +129,8 @@ impl SphericalEllipse {
         let tangents = Vec2::new(wide, narrow) / nu;
         let heights = Vec2::new(height(tangents.x), height(tangents.y));
         let solid_angle = TAU * (heights.x * heights.y).sqrt();
-        (solid_angle >= SMALLEST_SOLID_ANGLE && solid_angle.is_finite()).then_some(Self {
+        let smallest = SMALLEST_SOLID_ANGLE[usize::from(d2 < FAR)];
+        (solid_angle >= smallest && solid_angle.is_finite()).then_some(Self {
             center,
             b,
             frame,
@@ -284,7 +287,7 @@ mod tests {
                 let Some(seen) = seen(u, v, p) else {
                     drawn_by_area += 1;
                     assert!(
-                        expected < 1.4 * f64::from(SMALLEST_SOLID_ANGLE),
+                        expected < 1.4 * f64::from(SMALLEST_SOLID_ANGLE[0]),
                         "{name} from {p}: {expected} by area"
                     );
                     continue;
@@ -379,9 +382,8 @@ mod tests {
 
     #[test]
     fn extreme_places_and_sizes() {
-        let mut drawn = 0;
-        for (scale, i) in [1e-12, 1e-3, 1.0, 1e6, 1e12].into_iter().flat_map(|s| (0..5).map(move |i| (s, i)))
-        {
+        for (scale, i) in [1e-5, 1e-3, 1.0, 1e2, 1e4].into_iter().flat_map(|s| (0..5).map(move |i| (s, i))) {
+            let mut drawn = 0;
             let (name, u, v) = ELLIPSES[i];
             let quad = round(scale * u, scale * v);
             let along = [Vec3::ZERO, 0.25 * u, 0.4999 * v, 0.5 * v, 0.5001 * v, 0.6 * u, 2.0 * v, 1e4 * u];
@@ -401,8 +403,8 @@ mod tests {
                     }
                 }
             }
+            assert!(drawn > 400, "{scale}: {drawn}");
         }
-        assert!(drawn > 10_000, "{drawn}");
         for (u, v) in
             [(Vec3::ZERO, Vec3::Y), (Vec3::X, Vec3::X), (Vec3::NAN, Vec3::Y), (Vec3::INFINITY, Vec3::Y)]
         {
