@@ -5,8 +5,8 @@
     python3.11 benches/peers/run.py --quick     small and rough: minutes
 
 Installs the peers into a virtual environment inside the output folder, unless --python names a Python that has them (bpy, mitsuba,
-OpenEXR, numpy, matplotlib). Every scene goes to the peers through `rayo export`. Each renderer's own converged picture is rendered once
-and kept; then all renderers take turns. docs/performance.md says what the numbers mean.
+OpenEXR, numpy, matplotlib; for --rays embreex too). Every scene goes to the peers through `rayo export`. Each renderer's own converged
+picture is rendered once and kept; then all renderers take turns. docs/performance.md says what the numbers mean.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-PACKAGES = ["bpy==5.0.1", "mitsuba==3.9.1", "OpenEXR>=3.3", "numpy", "matplotlib"]
+PACKAGES = ["bpy==5.0.1", "mitsuba==3.9.1", "embreex==4.4.0.post1", "OpenEXR>=3.3", "numpy", "matplotlib"]
 MODULES = ["bpy", "mitsuba", "OpenEXR", "numpy", "matplotlib"]
 
 # Scenes of the project that are shots too, with the size they have here.
@@ -52,6 +52,8 @@ def main():
             bench.reference(shot, renderer)
     bench.measure(shots)
     report.write(bench.out)
+    if options.rays:
+        race_rays(options)
 
 
 def read_options():
@@ -68,6 +70,7 @@ def read_options():
     parser.add_argument("--reference-samples", type=int, help="of the converged pictures; default: 2048 (quick: 256)")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--uniform", action="store_true", help="rayo, too, takes the same number of samples for every pixel")
+    parser.add_argument("--rays", action="store_true", help="then race rays and trees against Embree, too: rays.md")
     parser.add_argument("--quick", action="store_true", help="pictures of half the width and height, few samples")
     options = parser.parse_args()
     quick = options.quick
@@ -114,6 +117,22 @@ def newest_llvm():
             if match := re.match(r"libLLVM-?(\d+)?\.so\.?(\d+)?", file.name):
                 found.append((int(match[1] or match[2] or 0), file))
     return max(found)[1] if found else None
+
+
+def race_rays(options):
+    """`cargo bench --bench rays` with the Embree that is among the packages."""
+    folders = [Path(folder) / "embreex.libs" for folder in sys.path]
+    library = next((file for folder in folders for file in sorted(folder.glob("libembree4*"))), None)
+    if not library:
+        sys.exit(f"{sys.executable} lacks embreex, whose Embree rays are raced against")
+    say("rays and trees against Embree")
+    flags = ["--reps", "3", "--builds", "1"] if options.quick else ["--reps", "7", "--builds", "5"]
+    command = ["cargo", "bench", "--locked", "--bench", "rays", "--", *flags]
+    said = subprocess.run(command, cwd=ROOT, env=os.environ | {"RAYO_EMBREE": str(library)}, stdout=subprocess.PIPE, text=True)
+    if said.returncode != 0:
+        sys.exit(f"cargo bench --bench rays ended with {said.returncode}")
+    (options.output / "rays.md").write_text(said.stdout)
+    say(f"wrote {options.output}/rays.md")
 
 
 class Bench:
