@@ -159,3 +159,27 @@ fn is_usable(&[a, b, c]: &[Vec3; 3]) -> bool {
     let area = |a: DVec3| (b.as_dvec3() - a).cross(c.as_dvec3() - a).length() as f32;
     near(a) && near(b) && near(c) && area(a.as_dvec3()) >= f32::MIN_POSITIVE
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes of equal area are opened in the same order, whichever thread has written them first.
+    #[test]
+    fn outlines_do_not_depend_on_where_nodes_lie() {
+        let n = 200;
+        let positions: Vec<Vec3> =
+            (0..n * n).map(|i| Vec3::new((i % n) as f32, (i / n) as f32, 0.0)).collect();
+        let cells = (0..n * (n - 1)).filter(|i| i % n < n - 1);
+        let triangles: Vec<[u32; 3]> =
+            cells.flat_map(|i| [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]]).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("a pool");
+        let outline = || {
+            let build = Build { quality: Quality::Fast, filtered: false };
+            let boxes = pool.install(|| Blas::build(&positions, &triangles, build)).outline;
+            boxes.iter().map(|b| [b.min, b.max]).collect::<Vec<_>>()
+        };
+        let first = outline();
+        (0..20).for_each(|_| assert_eq!(outline(), first));
+    }
+}

@@ -18,11 +18,11 @@ use crate::world::{
 pub fn rendered(model: &Model) -> Vec<Material> {
     let mut colored = vec![false; model.materials.len()];
     for instance in &model.instances {
-        let mesh = model.meshes.get(instance.mesh.index());
-        if mesh.is_some_and(|mesh| !mesh.colors.is_empty()) {
-            let of =
-                instance.materials.iter().filter_map(|id| colored.get_mut(id.index()).map(|c| *c = true));
-            of.for_each(drop);
+        let has_colors = model.meshes.get(instance.mesh.index()).is_some_and(|mesh| !mesh.colors.is_empty());
+        for id in &instance.materials {
+            if let Some(colored) = colored.get_mut(id.index()) {
+                *colored |= has_colors;
+            }
         }
     }
     let mut known = HashMap::new();
