@@ -8,9 +8,13 @@
 //! agree on it; the extension's GLSL listing is the transpose).
 
 use std::{
+    cmp::Reverse,
     collections::{BTreeSet, HashMap},
     path::Path,
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use glam::{Affine2, Vec2};
@@ -20,7 +24,6 @@ use gltf::json::{
     texture::{MagFilter, WrappingMode},
     validation::Checked,
 };
-use rayon::prelude::*;
 
 use super::{
     accessor::Source,
@@ -75,7 +78,8 @@ pub struct Textures {
 /// An image of the file by its number, or what is wrong with it.
 pub type Decoded = (usize, Result<Image, String>);
 
-/// Decodes the images `wanted`, as many at a time as there are threads.
+/// Decodes the images `wanted`, as many at a time as there are threads, and what takes longest first, about: nothing is to be waited for
+/// in the end.
 pub fn decode_all(source: &Source, wanted: &BTreeSet<usize>, folder: &Path) -> Vec<Decoded> {
     let total = AtomicU64::new(0);
     let decoded = |&i: &usize| {
@@ -87,7 +91,37 @@ pub fn decode_all(source: &Source, wanted: &BTreeSet<usize>, folder: &Path) -> V
         });
         (i, image)
     };
-    wanted.par_iter().map(decoded).collect()
+    let mut order: Vec<&usize> = wanted.iter().collect();
+    order.sort_by_cached_key(|&&i| Reverse(encoded_bytes(source, i, folder)));
+    let found = Mutex::new(Vec::with_capacity(order.len()));
+    rayon::scope_fifo(|scope| {
+        for i in order {
+            let (decoded, found) = (&decoded, &found);
+            scope.spawn_fifo(move |_| {
+                let image = decoded(i);
+                found.lock().unwrap_or_else(PoisonError::into_inner).push(image);
+            });
+        }
+    });
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    found.sort_unstable_by_key(|(i, _)| *i);
+    found
+}
+
+/// Bytes of an image as it is stored; 0 where that cannot be told before it is read.
+fn encoded_bytes(source: &Source, index: usize, folder: &Path) -> u64 {
+    let Some(json) = source.document.images.get(index) else { return 0 };
+    match (json.buffer_view, &json.uri) {
+        (Some(view), _) => {
+            source.buffers.view(source.document, view.value()).map_or(0, |bytes| bytes.len() as u64)
+        }
+        (None, Some(uri)) if uri.starts_with("data:") => uri.len() as u64,
+        (None, Some(uri)) => {
+            let file = uri::resolve(uri, folder).ok().and_then(|path| path.metadata().ok());
+            file.map_or(0, |file| file.len())
+        }
+        (None, None) => 0,
+    }
 }
 
 /// Reports what is wrong with images; the numbers of the others.
